@@ -1,0 +1,259 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * libbsdfrbf: measured bidirectional scattering as moving Gaussian lobes.
+ *
+ * Conventions (those of Radiance's bsdf.h)
+ *   Directions  unit vectors that point away from the surface. +Z is the front
+ *               (room) normal, +X is right as seen from the front, +Y is up.
+ *               Any non-zero length is accepted and normalised.
+ *   Angles      radians, unless a name ends in _deg.
+ *   Values      BSDF f in sr^-1, WITHOUT the cosine. DSF = f |cos(theta_o)|.
+ *               DHR = integral of f |cos(theta_o)| over the exitant hemisphere.
+ *   Channels    1 (CIE Y) or 3 (CIE X, Y, Z, in this order).
+ *   Components  rf, rb, tf, tb: named by the incident side (front or back) and
+ *               by what happens there (reflection, transmission). tf takes an
+ *               incident vector with z > 0 to exitant vectors with z < 0.
+ *               A transmission side that was not measured is answered from the
+ *               other one by reciprocity, f(a, b) = f(b, a).
+ *
+ * Errors        Functions that can fail return a bsdfrbf_status and leave a
+ *               message, with file, line and remedy where they apply, in the
+ *               context. The library never prints, never exits, and keeps no
+ *               mutable globals.
+ * Threads       A context belongs to one thread at a time. A bsdfrbf_model is
+ *               immutable once built or opened: any number of threads and of
+ *               forked processes may evaluate and sample it together. OpenMP
+ *               is used only inside bsdfrbf_build().
+ * Ownership     Who gets a pointer from a *_new, *_open or *_build function
+ *               releases it with the matching *_free or *_close, which take
+ *               NULL. Everything else stays the callee's.
+ */
+#ifndef BSDFRBF_H
+#define BSDFRBF_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define BSDFRBF_API __attribute__((visibility("default")))
+#else
+#define BSDFRBF_API
+#endif
+
+#define BSDFRBF_VERSION_MAJOR 0
+#define BSDFRBF_VERSION_MINOR 1
+#define BSDFRBF_VERSION_PATCH 0
+
+/* "0.1.0": version of the library that is loaded. */
+BSDFRBF_API const char *bsdfrbf_version(void);
+
+/* ------------------------------------------------------------------ status */
+
+/* Numbers are pinned: they never change their meaning. */
+typedef enum bsdfrbf_status {
+	BSDFRBF_OK = 0,
+	BSDFRBF_ERR_ARGUMENT = 1,    /* a caller's mistake */
+	BSDFRBF_ERR_MEMORY = 2,      /* out of memory */
+	BSDFRBF_ERR_IO = 3,          /* cannot open, read, write or rename */
+	BSDFRBF_ERR_SYNTAX = 4,      /* text input that does not follow its format */
+	BSDFRBF_ERR_DATA = 5,        /* well-formed measurements that cannot be used */
+	BSDFRBF_ERR_FORMAT = 6,      /* not an .rbf file, or a damaged one */
+	BSDFRBF_ERR_VERSION = 7,     /* an .rbf file from a later, incompatible version */
+	BSDFRBF_ERR_UNSUPPORTED = 8, /* valid, but not supported */
+	BSDFRBF_ERR_CANCELLED = 9,   /* the progress callback asked to stop */
+	BSDFRBF_ERR_INTERNAL = 10    /* a defect of the library */
+} bsdfrbf_status;
+
+/* Short English text for a status; never NULL. */
+BSDFRBF_API const char *bsdfrbf_status_text(bsdfrbf_status status);
+
+typedef struct bsdfrbf_context bsdfrbf_context;
+
+/* New context, or NULL when out of memory. */
+BSDFRBF_API bsdfrbf_context *bsdfrbf_context_new(void);
+BSDFRBF_API void bsdfrbf_context_free(bsdfrbf_context *context);
+
+/* Message of the last failure, "" if none; valid until the next call with this context. */
+BSDFRBF_API const char *bsdfrbf_message(const bsdfrbf_context *context);
+
+/* `warn` is called, from the calling thread, with one line of text (no newline) for each thing
+ * that a user should know but that does not stop the work. NULL: warnings are dropped. */
+BSDFRBF_API void bsdfrbf_set_warning(bsdfrbf_context *context,
+	void (*warn)(void *user, const char *text), void *user);
+
+/* `progress` is called, from the calling thread, with the stage's name and the share done in [0, 1]
+ * of the whole build; a non-zero answer cancels. NULL: none. */
+BSDFRBF_API void bsdfrbf_set_progress(bsdfrbf_context *context,
+	int (*progress)(void *user, const char *stage, double done), void *user);
+
+/* ------------------------------------------------------------ measurements */
+
+/* Measured samples, gathered per incident direction, component and colour. */
+typedef struct bsdfrbf_data bsdfrbf_data;
+
+typedef enum bsdfrbf_quantity {
+	BSDFRBF_QUANTITY_BSDF = 0, /* sr^-1, no cosine */
+	BSDFRBF_QUANTITY_DSF = 1   /* BSDF times |cos(theta_o)| */
+} bsdfrbf_quantity;
+
+BSDFRBF_API bsdfrbf_data *bsdfrbf_data_new(bsdfrbf_context *context);
+BSDFRBF_API void bsdfrbf_data_free(bsdfrbf_data *data);
+
+/* Reads one measurement file: Mountain (PAB-Opto) text as described in pabopto2bsdf(1), or Zemax
+ * tabular BSDF text; recognised from its content. Several files may describe one incidence.
+ * On failure `data` is as it was. Errors: IO, SYNTAX, DATA, MEMORY. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_data_read(bsdfrbf_context *context, bsdfrbf_data *data, const char *path);
+
+/* Adds `count` samples measured at one incident direction. outgoing: count x 3; values: count x
+ * channels, row by row. Samples on both sides of the surface may be mixed.
+ * On failure `data` is as it was. Errors: ARGUMENT, DATA (a value that is not finite), MEMORY. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_data_add(bsdfrbf_context *context, bsdfrbf_data *data,
+	const double incident[3], size_t count, const double *outgoing, const double *values,
+	int channels, bsdfrbf_quantity quantity);
+
+/* ------------------------------------------------------------------- build */
+
+typedef struct bsdfrbf_model bsdfrbf_model;
+
+typedef struct bsdfrbf_build_options {
+	size_t size;      /* sizeof(bsdfrbf_build_options), set by bsdfrbf_build_defaults() */
+	int threads;      /* 0: as many as OpenMP offers */
+	char symmetry;    /* 0: found from the data; 'I' isotropic, 'Q' quadrilateral, 'B' bilateral,
+	                     'U' 180 degrees ("up"), 'A' anisotropic */
+	int lobes;        /* lobes per incidence; 0: chosen from the data */
+	int compact;      /* 0: full; reserved, keep 0 */
+} bsdfrbf_build_options;
+
+BSDFRBF_API void bsdfrbf_build_defaults(bsdfrbf_build_options *options);
+
+/* Builds the interpolant of every component that `data` has. options NULL: defaults.
+ * The result is the same for any number of threads.
+ * On success *model is to be closed by the caller; on failure *model is NULL.
+ * Errors: ARGUMENT, DATA, MEMORY, CANCELLED, INTERNAL. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf_data *data,
+	const bsdfrbf_build_options *options, bsdfrbf_model **model);
+
+/* ------------------------------------------------------------------ record */
+
+/* Writes the model to `path`: a temporary file beside it, fsync, rename. On failure the old file, if
+ * any, is intact and no temporary file is left. Errors: ARGUMENT, IO, MEMORY. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_save(bsdfrbf_context *context, const bsdfrbf_model *model, const char *path);
+
+/* Maps the file into memory. Errors: IO, FORMAT, VERSION, MEMORY. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_open(bsdfrbf_context *context, const char *path, bsdfrbf_model **model);
+
+BSDFRBF_API void bsdfrbf_close(bsdfrbf_model *model);
+
+/* 1 if the file starts with the magic number of an .rbf file, 0 if not or if it cannot be read. */
+BSDFRBF_API int bsdfrbf_is_rbf(const char *path);
+
+/* ---------------------------------------------------------------- evaluate */
+
+typedef enum bsdfrbf_component {
+	BSDFRBF_RF = 0, BSDFRBF_RB = 1, BSDFRBF_TF = 2, BSDFRBF_TB = 3
+} bsdfrbf_component;
+
+/* 1 if the component was built from measurements, else 0. */
+BSDFRBF_API int bsdfrbf_has(const bsdfrbf_model *model, bsdfrbf_component component);
+
+/* Channels of the values: 1 or 3, the same for all components. */
+BSDFRBF_API int bsdfrbf_channels(const bsdfrbf_model *model);
+
+/* Lambertian part of the component: its constant DHR per channel, `value[channels]`. It is contained
+ * in what bsdfrbf_eval() and bsdfrbf_dhr() answer, and never in what the _scatter functions answer. */
+BSDFRBF_API void bsdfrbf_lambertian(const bsdfrbf_model *model, bsdfrbf_component component, float *value);
+
+/* f(incident, outgoing), sr^-1, Lambertian part included, into value[channels].
+ * 0 where a component is missing or a vector is zero or in the surface's plane. */
+BSDFRBF_API void bsdfrbf_eval(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value);
+
+/* The same for `count` pairs (count x 3 each); values: count x channels. */
+BSDFRBF_API void bsdfrbf_eval_many(const bsdfrbf_model *model, size_t count,
+	const float *incident, const float *outgoing, float *values);
+
+/* The same for one incident and `count` outgoing directions: faster, as the incidence is located once. */
+BSDFRBF_API void bsdfrbf_eval_exitant(const bsdfrbf_model *model, const float incident[3],
+	size_t count, const float *outgoing, float *values);
+
+/* As bsdfrbf_eval() without the Lambertian part. */
+BSDFRBF_API void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value);
+
+/* Directional-hemispherical reflectance (transmit 0) or transmittance (transmit 1) at this incidence,
+ * Lambertian part included, into value[channels]. */
+BSDFRBF_API void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transmit, float *value);
+
+/* The same without the Lambertian part. */
+BSDFRBF_API void bsdfrbf_dhr_scatter(const bsdfrbf_model *model, const float incident[3], int transmit, float *value);
+
+/* Draws an outgoing direction with a density, per solid angle, proportional to the luminance (channel Y,
+ * or the only one) of bsdfrbf_eval_scatter() times |cos(theta_o)|. u in [0, 1): stratified u give
+ * stratified directions. Returns 1, or 0 if there is nothing to sample (outgoing is then 0). */
+BSDFRBF_API int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[3], int transmit, double u, float outgoing[3]);
+
+/* Density, sr^-1, with which bsdfrbf_sample() returns `outgoing`. */
+BSDFRBF_API float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const float outgoing[3]);
+
+/* Resolution: smallest and largest projected solid angle (sr) over which the scattering near this pair
+ * may be taken as constant; both > 0. With outgoing NULL: over all outgoing directions of the side
+ * given by `transmit`, otherwise `transmit` is ignored. */
+BSDFRBF_API void bsdfrbf_resolution(const bsdfrbf_model *model, const float incident[3],
+	const float *outgoing, int transmit, float *smallest, float *largest);
+
+/* -------------------------------------------------------------------- info */
+
+/* Facts about a component; strings belong to the model. */
+typedef struct bsdfrbf_component_info {
+	char symmetry;           /* 'I', 'Q', 'B', 'U' or 'A' */
+	const char *symmetry_text; /* e.g. "bilateral, mirror y" */
+	int incidences;          /* measured incident directions */
+	int vertices;            /* after mirroring */
+	int triangles;           /* of the mesh, or segments if isotropic */
+	int edges;               /* directed edges with recorded residual transport */
+	uint64_t lobes;          /* all lobes of all incidences */
+	int frames;              /* number of maps in use */
+	const char *frame_name[8];
+	float frame_share[8];    /* energy share of each */
+	int residual;            /* 1: residual transport is used */
+	float residual_deg;      /* its energy-weighted mean, degrees */
+	float fit_error;         /* mean relative L1 of the lobe fit against held-out samples, < 0 unknown */
+	float loo_error;         /* mean leave-one-incidence-out L1, < 0 unknown */
+	float asymmetry;         /* relative L1 of the data against the symmetry, < 0 not measurable */
+	float theta_max_deg;     /* largest measured polar angle */
+} bsdfrbf_component_info;
+
+/* Status ARGUMENT if the component is missing. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_component component,
+	bsdfrbf_component_info *info);
+
+/* Facts about incidence `index` of a component. */
+typedef struct bsdfrbf_incidence_info {
+	float direction[3];  /* as measured, seen from the component's incident side: z > 0 */
+	int lobes;
+	float dhr;           /* luminance, from the fit */
+	float fit_error;     /* relative L1 against held-out samples, < 0 unknown */
+	float loo_error;     /* leave-one-incidence-out L1, < 0 unknown */
+} bsdfrbf_incidence_info;
+
+BSDFRBF_API bsdfrbf_status bsdfrbf_get_incidence_info(const bsdfrbf_model *model, bsdfrbf_component component,
+	int index, bsdfrbf_incidence_info *info);
+
+/* Free text recorded with the model, e.g. key "name" (sample name) or "source" (files); "" if absent. */
+BSDFRBF_API const char *bsdfrbf_get_text(const bsdfrbf_model *model, const char *key);
+
+/* Sets such a text on a model that bsdfrbf_build() made, before it is saved and shared. Errors: ARGUMENT
+ * (an opened model, or a text over 65535 bytes), MEMORY. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_set_text(bsdfrbf_context *context, bsdfrbf_model *model, const char *key, const char *text);
+
+/* Sections of the record as they are, or would be, stored. Returns the number of sections; fills entry
+ * `index` if index is below it. name belongs to the library. */
+BSDFRBF_API int bsdfrbf_get_section(const bsdfrbf_model *model, int index, const char **name,
+	int *component, uint64_t *bytes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Measured samples in memory: what readers produce and the builder consumes. */
+#ifndef RBF_MEASURE_H
+#define RBF_MEASURE_H
+#include "status.h"
+
+/* All samples of one component at one incident direction.
+ * Coordinates are those of the component's own half space: both incident and outgoing vectors are turned to
+ * z > 0 by flipping the sign of z alone (x and y are kept), so that the later stages know nothing of sides. */
+typedef struct rbf_incidence {
+	double direction[3];        /* unit, z >= 0 */
+	size_t count;
+	double *outgoing;           /* count x 3, unit, z > 0 */
+	float *dsf;                 /* count x channels: f |cos(theta_o)|, sr^-1; may be negative (noise) */
+} rbf_incidence;
+
+typedef struct rbf_measured {   /* one component */
+	size_t count;
+	rbf_incidence *incidence;
+} rbf_measured;
+
+struct bsdfrbf_data {
+	int channels;               /* 0 while empty, then 1 or 3 (X, Y, Z) */
+	rbf_measured component[4];  /* by bsdfrbf_component */
+	char *name;                 /* first sample name met, or NULL */
+	char *source;               /* newline-separated file names, or NULL */
+	size_t files;
+};
+#endif

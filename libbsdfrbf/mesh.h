@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Symmetry of a measurement and the mesh of its incident directions. Incident directions have z >= 0. */
+#ifndef RBF_MESH_H
+#define RBF_MESH_H
+#include "status.h"
+#include "vector.h"
+
+/* Mirror operations are bits, so that composing two is their exclusive or. */
+enum { RBF_OP_NONE = 0, RBF_OP_X = 1, RBF_OP_Y = 2, RBF_OP_XY = 3 };
+
+/* Symmetry groups. */
+typedef enum rbf_symmetry {
+	RBF_ANISOTROPIC = 'A',  /* {none} */
+	RBF_BILATERAL_X = 'x',  /* {none, X}: x -> -x maps the material onto itself */
+	RBF_BILATERAL_Y = 'y',  /* {none, Y} */
+	RBF_UP = 'U',           /* {none, XY}: rotation by 180 degrees */
+	RBF_QUADRILATERAL = 'Q',/* {none, X, Y, XY} */
+	RBF_ISOTROPIC = 'I'     /* any rotation about z (and mirroring) */
+} rbf_symmetry;
+
+/* Writes the group's operations to op[4]; returns how many (1, 2 or 4; 1 if isotropic). */
+int rbf_symmetry_ops(rbf_symmetry symmetry, int op[4]);
+
+/* Operation that takes `direction` into the group's fundamental domain (e.g. y >= 0 for RBF_BILATERAL_Y,
+ * y > 0 or (y = 0 and x >= 0) for RBF_UP, x, y >= 0 for RBF_QUADRILATERAL). Not for RBF_ISOTROPIC. */
+static inline int rbf_symmetry_fold(rbf_symmetry symmetry, const float d[3])
+{
+	switch (symmetry) {
+	case RBF_BILATERAL_X: return d[0] < 0 ? RBF_OP_X : RBF_OP_NONE;
+	case RBF_BILATERAL_Y: return d[1] < 0 ? RBF_OP_Y : RBF_OP_NONE;
+	case RBF_UP: return d[1] < 0 || (d[1] == 0 && d[0] < 0) ? RBF_OP_XY : RBF_OP_NONE;
+	case RBF_QUADRILATERAL: return (d[0] < 0 ? RBF_OP_X : 0) | (d[1] < 0 ? RBF_OP_Y : 0);
+	default: return RBF_OP_NONE;
+	}
+}
+
+typedef struct rbf_vertex {
+	float direction[3];  /* unit, z >= 0 */
+	uint32_t base;       /* measured incidence it is a mirror image of */
+	uint32_t op;         /* operation that takes the measured direction to this one */
+} rbf_vertex;
+
+/* One mesh element: a spherical triangle, or, if isotropic, a segment in theta (v[2] == v[1]).
+ * weights(w) = inverse . w for an incident direction w, clipped at 0 and normalised to sum 1. */
+typedef struct rbf_element {
+	uint32_t v[3];
+	float inverse[3][3]; /* inverse of the matrix with the vertices as columns; unused if isotropic */
+} rbf_element;
+
+#define RBF_MESH_GRID 64 /* cells a side of the locator, over the square of rbf_square_from_direction() in vector.h */
+
+typedef struct rbf_mesh {
+	rbf_symmetry symmetry;
+	uint32_t bases;          /* measured incidences */
+	uint32_t vertices, elements;
+	rbf_vertex *vertex;      /* if isotropic: azimuth 0 (y = 0, x >= 0), sorted by theta */
+	rbf_element *element;    /* only those that reach into the fundamental domain */
+	uint32_t borders;        /* boundary edges, for directions outside: border[i] = two vertices, element it belongs to */
+	uint32_t (*border)[3];
+	/* locator: cell (ix, iy) lists elements cell_first[c] .. cell_first[c+1]-1 of cell_element, c = iy*RBF_MESH_GRID+ix.
+	 * Every element that overlaps the cell, in ascending order; for a cell that is wholly or partly outside the
+	 * mesh also bit 31 set on entries that are BORDER indices: the candidates nearest to some point of that cell. */
+	uint32_t *cell_first;    /* RBF_MESH_GRID^2 + 1 */
+	uint32_t *cell_element;
+	uint32_t cell_entries;
+} rbf_mesh;
+#define RBF_MESH_BORDER 0x80000000u
+
+/* What the azimuths of the incident directions say. */
+typedef struct rbf_symmetry_choice {
+	rbf_symmetry symmetry;
+	char text[160];      /* e.g. "bilateral, mirror y (azimuths 0 to 180 measured)" */
+} rbf_symmetry_choice;
+
+/* Finds the symmetry from coverage: all directions (beyond a degree from the normal) at one azimuth: isotropic;
+ * within one quadrant: quadrilateral; within one half bounded by the x or the y axis: bilateral about that axis;
+ * covering 180 degrees otherwise: "up" is only taken when asked for; the full circle: anisotropic. `asked` is 0, 'I', 'Q',
+ * 'B', 'U' or 'A' (as -s of pabopto2bsdf(1)) and wins, with DATA error if the coverage cannot support it.
+ * Coverage that fits nothing: DATA error that lists the azimuths that are missing. directions: count x 3. */
+bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const double *directions, char asked,
+	rbf_symmetry_choice *choice);
+
+/* Mesh over the directions (count x 3, unit, z >= 0, no duplicates) mirrored by the group. count >= 1.
+ * exclude: index of a measured incidence that is left out together with its mirror images (leave-one-out), or -1;
+ * vertex[].base still numbers the incidences as given. Degenerate input (fewer than 3 vertices, all on one great circle) gives
+ * a mesh with 0 elements and borders that chain the vertices (one border (v, v) for a single vertex).
+ * Errors: DATA, MEMORY, INTERNAL. */
+bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
+	long exclude, rbf_mesh *mesh);
+void rbf_mesh_free(rbf_mesh *mesh);
+
+/* Corners and barycentric weights for incident direction d (unit, z >= 0, folded into the fundamental domain,
+ * or y = 0, x >= 0 if isotropic). Returns the element index, or RBF_MESH_BORDER | border index when outside (then weights
+ * are those of the nearest point, by angle, of the boundary: continuous with the inside). corner[3], weight[3];
+ * unused corners have weight 0 and repeat a used vertex. */
+uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3]);
+#endif

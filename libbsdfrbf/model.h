@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * The interpolant in memory: plain arrays, the same whether just built or mapped from a file.
+ *
+ * Inside one component, vectors are those of its own half space (incident and exitant z >= 0, see measure.h).
+ * DSF(i, o) = lambertian cos(o)/pi
+ *   + sum over frames f of sum_k w_k v_kf g_kf L_kf(map_f(i, k, o)) / sum_k w_k v_kf,
+ * k the corners of the mesh element that holds i, w their barycentric weights, map_f the frame's map (map.h) with
+ * value factor g and validity v, L_kf a sum of lobes amp exp(-kappa/2 |o' - c|^2), o' and c unit vectors.
+ * With residual transport, c = unit(c_k + sum over the other corners l of w_l shift_kl).
+ */
+#ifndef RBF_MODEL_H
+#define RBF_MODEL_H
+#include "mesh.h"
+
+#define RBF_LANES 8       /* lobes in a block */
+#define RBF_MAX_FRAMES 4  /* frames of a component */
+
+/* Eight lobes. Unused lanes have k = 0, amplitude 0 and a unit centre. */
+typedef struct rbf_block {
+	float x[RBF_LANES], y[RBF_LANES], z[RBF_LANES]; /* centres, unit */
+	float k[RBF_LANES];                             /* kappa, sr^-1 like: 1/sigma^2, sigma in radians */
+} rbf_block;
+
+/* Amplitudes of a block's lobes, one such array per channel (DSF, sr^-1). */
+typedef struct rbf_amplitude { float a[RBF_LANES]; } rbf_amplitude;
+
+/* Residual motion of a block's lobes along a directed edge, in the base's coordinates. */
+typedef struct rbf_shift { float x[RBF_LANES], y[RBF_LANES], z[RBF_LANES]; } rbf_shift;
+
+/* The lobes of one base incidence that belong to one frame: set index = base * frames + frame.
+ * A base's sets follow each other in the block array. */
+typedef struct rbf_set {
+	uint32_t first;     /* first block */
+	uint32_t blocks;
+	double mass[2];     /* totals of the two cumulative tables below, luminance, sr */
+} rbf_set;
+
+#define RBF_CULL_GRID 24 /* cells a side over the square map of the exitant hemisphere */
+
+/* What is known of one measured incidence. */
+typedef struct rbf_base_info {
+	float direction[3];
+	uint32_t lobes;
+	float dhr;          /* luminance */
+	float fit_error, loo_error; /* < 0: unknown */
+	float reserved;
+} rbf_base_info;
+
+/* Facts that are not needed to evaluate. */
+typedef struct rbf_facts {
+	float frame_share[RBF_MAX_FRAMES];
+	float residual_deg, fit_error, loo_error, asymmetry;
+	char symmetry_text[160];
+} rbf_facts;
+
+typedef struct rbf_component {
+	int present;
+	uint32_t channels;              /* 1 or 3 */
+	float lambertian[3];            /* DHR of the Lambertian part, per channel (Y first if 1 channel: X, Y, Z else) */
+	rbf_mesh mesh;
+	uint32_t frames;
+	uint32_t frame[RBF_MAX_FRAMES]; /* map ids (map.h) */
+	uint32_t residual;              /* 1: shifts are present */
+	uint32_t sets;                  /* bases * frames */
+	const rbf_set *set;
+	uint32_t blocks;
+	const rbf_block *block;         /* [blocks] */
+	const rbf_amplitude *amplitude; /* [channels][blocks] */
+	const float *cumulative;        /* [2][blocks * RBF_LANES]: running sums within each set, for sampling */
+	const float *reach;             /* [2][blocks * RBF_LANES]: per lobe, bounds used by sampling: H and T (sample.c) */
+	/* culling: for set s, cell c: bit b set if the b-th group of blocks matters; a group is ceil(set.blocks / 64) blocks */
+	const uint64_t *cull;           /* [sets][RBF_CULL_GRID^2], or NULL */
+	/* residual transport: shift_of[element * 6 + corner * 2 + n] = first entry in `shift` for the corner's base, towards
+	 * the n-th other corner (in cyclic order: corner+1, corner+2 mod 3); RBF_NO_SHIFT: no motion. */
+	const uint32_t *shift_of;
+	uint32_t shifts;                /* entries */
+	const rbf_shift *shift;
+	uint32_t edges;                 /* directed edges among them */
+	/* DHR of the scattered part over the incident hemisphere: channels x dhr_size x dhr_size, bilinear over the square map of
+	 * the folded direction; dhr_size x 1 over theta in [0, pi/2] if isotropic */
+	uint32_t dhr_size;
+	const float *dhr;
+	const rbf_base_info *base_info; /* [mesh.bases] */
+	rbf_facts facts;
+} rbf_component;
+#define RBF_NO_SHIFT 0xffffffffu
+
+struct bsdfrbf_model {
+	uint32_t channels;
+	rbf_component component[4];
+	char *text;             /* "key\0value\0key\0value\0..." */
+	uint32_t text_bytes;
+	void *mapping;          /* the mapped file, or NULL: arrays were malloc'ed one by one */
+	size_t mapping_bytes;
+};
+
+/* Allocates an empty model / frees a model with all it owns (unmaps, or frees arrays). */
+bsdfrbf_model *rbf_model_new(void);
+void rbf_component_free(rbf_component *component); /* only for arrays that were malloc'ed */
+#endif

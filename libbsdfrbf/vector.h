@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Small vectors, and the equal-angle square map of the hemisphere that tables are indexed by. */
+#ifndef RBF_VECTOR_H
+#define RBF_VECTOR_H
+#include <math.h>
+
+#define RBF_PI 3.14159265358979323846
+
+static inline float rbf_dot(const float a[3], const float b[3])
+{
+	return a[0]*b[0] + a[1]*b[1] + a[2]*b[2];
+}
+
+/* Normalises in place; returns the former length, 0 (and leaves v alone) if it has none. */
+static inline float rbf_normalize(float v[3])
+{
+	const double length = sqrt((double)v[0]*v[0] + (double)v[1]*v[1] + (double)v[2]*v[2]);
+	if (!(length > 0) || !isfinite(length))
+		return 0;
+	for (int i = 0; i < 3; i++)
+		v[i] = (float)(v[i] / length);
+	return (float)length;
+}
+
+/* Applies a mirror operation (mesh.h): bit 0 flips x, bit 1 flips y. */
+static inline void rbf_mirror(unsigned op, const float in[3], float out[3])
+{
+	out[0] = op & 1 ? -in[0] : in[0];
+	out[1] = op & 2 ? -in[1] : in[1];
+	out[2] = in[2];
+}
+
+/* Equal-angle square map of the hemisphere z >= 0: concentric (Shirley and Chiu, A low distortion map between disk
+ * and square, 1997) with radius theta / (pi/2). Result in [-1, 1]^2; z < 0 is treated as z = 0. */
+static inline void rbf_square_from_direction(const float d[3], float square[2])
+{
+	const float sine = hypotf(d[0], d[1]);
+	const float r = fminf(atan2f(sine, fmaxf(d[2], 0.f)) * (float)(2 / RBF_PI), 1.f);
+	if (!(sine > 0)) {
+		square[0] = square[1] = 0;
+		return;
+	}
+	const float x = d[0] / sine, y = d[1] / sine;
+	if (fabsf(x) >= fabsf(y)) {
+		square[0] = copysignf(r, x);
+		square[1] = r * (float)(4 / RBF_PI) * atan2f(y, fabsf(x));
+	} else {
+		square[1] = copysignf(r, y);
+		square[0] = r * (float)(4 / RBF_PI) * atan2f(x, fabsf(y));
+	}
+}
+
+static inline void rbf_direction_from_square(const float square[2], float d[3])
+{
+	const float a = square[0], b = square[1];
+	float r, phi;
+	if (a == 0 && b == 0) {
+		d[0] = d[1] = 0;
+		d[2] = 1;
+		return;
+	}
+	if (fabsf(a) >= fabsf(b)) {
+		r = a;
+		phi = (float)(RBF_PI / 4) * (b / a);
+	} else {
+		r = b;
+		phi = (float)(RBF_PI / 2) - (float)(RBF_PI / 4) * (a / b);
+	}
+	const float theta = r * (float)(RBF_PI / 2), sine = sinf(theta);
+	d[0] = sine * cosf(phi);
+	d[1] = sine * sinf(phi);
+	d[2] = fabsf(r) >= 1 ? 0 : cosf(theta);
+}
+#endif
