@@ -115,6 +115,16 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_data_add(bsdfrbf_context *context, bsdfrbf_da
 	const double incident[3], size_t count, const double *outgoing, const double *values,
 	int channels, bsdfrbf_quantity quantity);
 
+/* Turns the sample front to back about its vertical (y) axis, as for one that was mounted the other way round:
+ * front and back change places and left becomes right; up stays up. */
+BSDFRBF_API void bsdfrbf_data_reverse(bsdfrbf_data *data);
+
+/* Removes the samples whose exitant direction is nearer than `limit_deg` to grazing (elevation above the surface). A
+ * negative limit stands for the elevation of the most grazing incident direction, taken per component: what
+ * lies beyond the measured incidences is often noise and edge effects. removed (may be NULL): how many samples.
+ * Errors: ARGUMENT (limit over 90), DATA (an incidence would be left without samples; `data` is as it was). */
+BSDFRBF_API bsdfrbf_status bsdfrbf_data_cull(bsdfrbf_context *context, bsdfrbf_data *data, double limit_deg, size_t *removed);
+
 /* ------------------------------------------------------------------- build */
 
 typedef struct bsdfrbf_model bsdfrbf_model;
