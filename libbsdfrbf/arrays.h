@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * The list of a component's numbers and arrays, for all code that treats them alike: recording, reading, checking,
+ * freeing and listing. A new number or array of struct rbf_component is one line here. Kind numbers are pinned: they
+ * are what a recorded file says. Take the next free one, and never reuse one.
+ */
+#ifndef RBF_ARRAYS_H
+#define RBF_ARRAYS_H
+#include "model.h"
+
+#include <stddef.h>
+#include <string.h>
+
+/* Numbers, in the order of the recorded component header; new ones join at the end (at most RBF_NUMBERS_MAX). */
+#define RBF_NUMBERS(X) \
+	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
+	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
+	X(dhr_size)
+#define RBF_NUMBERS_MAX 48
+
+/* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With
+ * RBF_ARRAY_OPTIONAL the array may be absent, and its pointer is then NULL. Arrays with 0 entries are not recorded.
+ * The order is that of the file: what every query needs comes first, and close together. */
+#define RBF_ARRAYS(X) \
+	X(16, "cell first",     mesh.cell_first,   CELLS + 1,                        RBF_ARRAY_INDEX) \
+	X(17, "cell elements",  mesh.cell_element, c->mesh.cell_entries,             RBF_ARRAY_INDEX) \
+	X(18, "elements",       mesh.element,      c->mesh.elements,                 RBF_ARRAY_INDEX) \
+	X(19, "borders",        mesh.border,       c->mesh.borders,                  RBF_ARRAY_INDEX) \
+	X(20, "vertices",       mesh.vertex,       c->mesh.vertices,                 RBF_ARRAY_INDEX) \
+	X(21, "sets",           set,               c->sets,                          RBF_ARRAY_INDEX) \
+	X(22, "shift of",       shift_of,          c->residual * 6ull * c->mesh.elements, RBF_ARRAY_INDEX) \
+	X(23, "dhr",            dhr,               DHR_ENTRIES,                      RBF_ARRAY_FLOAT) \
+	X(24, "incidences",     base_info,         c->mesh.bases,                    RBF_ARRAY_INDEX) \
+	X(25, "cull",           cull,              CULL_CELLS * c->sets,             RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
+	X(26, "lobes",          block,             c->blocks,                        RBF_ARRAY_FLOAT) \
+	X(27, "amplitudes",     amplitude,         1ull * c->channels * c->blocks,   RBF_ARRAY_FLOAT) \
+	X(28, "cumulative",     cumulative,        2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
+	X(29, "reach",          reach,             2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
+	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT)
+
+enum rbf_array_holds {
+	RBF_ARRAY_FLOAT = 1,    /* nothing but floats: all must be finite */
+	RBF_ARRAY_INDEX = 2,    /* holds indices: has a check of its own in check.c */
+	RBF_ARRAY_BITS = 4,     /* any content is harmless */
+	RBF_ARRAY_OPTIONAL = 8
+};
+
+enum {
+#define X(kind, name, member, entries, holds) RBF_ARRAY_ROW_##kind,
+	RBF_ARRAYS(X)
+#undef X
+	RBF_ARRAY_ROWS
+};
+
+typedef struct rbf_array {
+	uint32_t kind;
+	const char *name;
+	size_t offset;  /* of the pointer in rbf_component */
+	uint32_t entry; /* bytes an entry */
+	unsigned holds;
+} rbf_array;
+
+extern const rbf_array rbf_array_row[RBF_ARRAY_ROWS];
+
+/* Entries that the component's numbers call for. */
+uint64_t rbf_array_entries(const rbf_component *component, int row);
+
+/* Row of a kind, or -1. */
+int rbf_array_find(uint32_t kind);
+
+static inline const void *rbf_array_get(const rbf_component *component, int row)
+{
+	const void *array;
+	memcpy(&array, (const char *)component + rbf_array_row[row].offset, sizeof array);
+	return array;
+}
+
+static inline void rbf_array_set(rbf_component *component, int row, const void *array)
+{
+	memcpy((char *)component + rbf_array_row[row].offset, &array, sizeof array);
+}
+
+void rbf_numbers_get(const rbf_component *component, uint32_t number[RBF_NUMBERS_MAX]);
+void rbf_numbers_set(rbf_component *component, const uint32_t number[RBF_NUMBERS_MAX]);
+/* Numbers in use; the others are 0. */
+int rbf_numbers_count(void);
+#endif
