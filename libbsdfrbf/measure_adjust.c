@@ -6,8 +6,6 @@
 
 #define DEGREES (180 / 3.14159265358979323846)
 
-static const char *const component_name[4] = {"rf", "rb", "tf", "tb"};
-
 static double elevation_deg(const double d[3])
 {
 	return DEGREES * atan2(fabs(d[2]), hypot(d[0], d[1]));
@@ -64,8 +62,8 @@ bsdfrbf_status bsdfrbf_data_cull(bsdfrbf_context *context, bsdfrbf_data *data, d
 		for (size_t i = 0; i < measured->count; i++) {
 			const double *d = measured->incidence[i].direction;
 			if (measured->incidence[i].count && !kept(&measured->incidence[i], limit))
-				return rbf_fail(context, BSDFRBF_ERR_DATA, "%s at incidence theta %.2f, phi %.2f: every sample is nearer "
-					"than %.2f degrees to grazing; give a smaller limit", component_name[c],
+				return rbf_fail(context, BSDFRBF_ERR_DATA, "%s, incidence at theta %.2f, phi %.2f: every sample is "
+					"nearer than %.2f degrees to grazing; give a smaller limit", rbf_component_name(c),
 					90 - elevation_deg(d), DEGREES * atan2(d[1], d[0]), limit + 1e-6);
 		}
 	}

@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "common.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+static const char *program = "bsdfrbf";
+static int bar_length;        /* 0: no bar */
+static char bar_shown[512];   /* what stands on the terminal, "" if nothing */
+static volatile sig_atomic_t caught;
+
+/* ---------------------------------------------------------------- messages */
+
+void cmd_start(const char *argv0)
+{
+	const char *slash = argv0 ? strrchr(argv0, '/') : NULL;
+	if (argv0 && *argv0)
+		program = slash ? slash + 1 : argv0;
+}
+
+const char *cmd_name(void)
+{
+	return program;
+}
+
+static void say(const char *kind, const char *format, va_list arguments)
+{
+	cmd_progress_clear();
+	fprintf(stderr, "%s: %s", program, kind);
+	vfprintf(stderr, format, arguments);
+	fputc('\n', stderr);
+}
+
+void cmd_say(const char *format, ...)
+{
+	va_list arguments;
+	va_start(arguments, format);
+	say("", format, arguments);
+	va_end(arguments);
+}
+
+void cmd_fail(const char *format, ...)
+{
+	va_list arguments;
+	va_start(arguments, format);
+	say("", format, arguments);
+	va_end(arguments);
+	exit(1);
+}
+
+static void warn(void *unused, const char *text)
+{
+	(void)unused;
+	cmd_progress_clear();
+	fprintf(stderr, "%s: warning - %s\n", program, text);
+}
+
+bsdfrbf_context *cmd_context(void)
+{
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	if (!context)
+		cmd_fail("out of memory");
+	bsdfrbf_set_warning(context, warn, NULL);
+	return context;
+}
+
+bsdfrbf_model *cmd_open(bsdfrbf_context *context, const char *path)
+{
+	bsdfrbf_model *model = NULL;
+	if (bsdfrbf_open(context, path, &model) != BSDFRBF_OK)
+		cmd_fail("%s", bsdfrbf_message(context));
+	return model;
+}
+
+/* ----------------------------------------------------------------- options */
+
+void cmd_long_option(const char *word, const char *usage, const char *help)
+{
+	if (!strcmp(word, "--help")) {
+		printf("Usage: %s %s\n%s", program, usage, help);
+		exit(fflush(stdout) ? 1 : 0);
+	}
+	if (!strcmp(word, "--version")) {
+		printf("%s %s\n", program, bsdfrbf_version());
+		exit(fflush(stdout) ? 1 : 0);
+	}
+	cmd_unknown(word, usage);
+}
+
+void cmd_unknown(const char *word, const char *usage)
+{
+	cmd_fail("unknown option '%s'\nUsage: %s %s", word, program, usage);
+}
+
+const char *cmd_value(int argc, char **argv, int *at, const char *usage)
+{
+	if (argv[*at][2])
+		return argv[*at] + 2;
+	if (*at + 1 >= argc)
+		cmd_fail("option '%s' needs a value\nUsage: %s %s", argv[*at], program, usage);
+	return argv[++*at];
+}
+
+long cmd_integer(const char *option, const char *text, long low, long high)
+{
+	char *end;
+	errno = 0;
+	const long value = strtol(text, &end, 10);
+	if (end == text || *end || errno || value < low || value > high)
+		cmd_fail("option '%s' takes a whole number from %ld to %ld, not '%s'", option, low, high, text);
+	return value;
+}
+
+double cmd_real(const char *option, const char *text, double low, double high)
+{
+	char *end;
+	const double value = strtod(text, &end);
+	if (end == text || *end || !(value >= low && value <= high))
+		cmd_fail("option '%s' takes a number from %g to %g, not '%s'", option, low, high, text);
+	return value;
+}
+
+/* ---------------------------------------------------------------- progress */
+
+static int show(void *unused, const char *stage, double done)
+{
+	(void)unused;
+	static struct timespec last;
+	struct timespec now;
+	if (bar_length > 0 && !caught) {
+		char text[sizeof bar_shown];
+		const int room = bar_length - 25 > 4 ? bar_length - 25 : 4;
+		const int full = (int)(done * room + .5);
+		int at = snprintf(text, sizeof text, "%-16.16s [", stage);
+		for (int i = 0; i < room && at < (int)sizeof text - 8; i++)
+			text[at++] = i < full ? '=' : ' ';
+		snprintf(text + at, sizeof text - (size_t)at, "] %3.0f %%", 100 * done);
+		/* Ten times a second is enough for the eye, and cheap however often the library reports. */
+		clock_gettime(CLOCK_MONOTONIC, &now);
+		const double since = (double)(now.tv_sec - last.tv_sec) + 1e-9 * (double)(now.tv_nsec - last.tv_nsec);
+		if (strcmp(text, bar_shown) && (since > .1 || !bar_shown[0])) {
+			fprintf(stderr, "\r%s", text);
+			fflush(stderr);
+			strcpy(bar_shown, text);
+			last = now;
+		}
+	}
+	return caught != 0;
+}
+
+void cmd_progress(bsdfrbf_context *context, int length)
+{
+	bar_length = length > 400 ? 400 : length;
+	bsdfrbf_set_progress(context, show, NULL);
+}
+
+void cmd_progress_clear(void)
+{
+	if (!bar_shown[0])
+		return;
+	fprintf(stderr, "\r%*s\r", (int)strlen(bar_shown), "");
+	bar_shown[0] = 0;
+}
+
+/* ----------------------------------------------------------------- signals */
+
+static void on_signal(int number)
+{
+	caught = number;
+}
+
+void cmd_catch_signals(void)
+{
+	const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
+	for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+		struct sigaction action, old;
+		memset(&action, 0, sizeof action);
+		action.sa_handler = on_signal;
+		action.sa_flags = (int)(SA_RESETHAND | SA_RESTART);
+		/* what nohup or a background shell ignores stays ignored */
+		if (!sigaction(numbers[i], NULL, &old) && old.sa_handler != SIG_IGN)
+			sigaction(numbers[i], &action, NULL);
+	}
+}
+
+int cmd_interrupted(void)
+{
+	return caught;
+}
+
+void cmd_end_by_signal(void)
+{
+	const int number = caught ? caught : SIGINT;
+	cmd_progress_clear();
+	signal(number, SIG_DFL);
+	raise(number);
+	_exit(1);
+}

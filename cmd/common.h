@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What the commands share: options, messages, the progress bar, signals. */
+#ifndef CMD_COMMON_H
+#define CMD_COMMON_H
+#include <stddef.h>
+
+#include "bsdfrbf.h"
+
+/* Remembers the name that messages start with. First call of every main(). */
+void cmd_start(const char *argv0);
+const char *cmd_name(void);
+
+/* "name: message" on stderr; the second one exits with 1. */
+void cmd_say(const char *format, ...) __attribute__((format(printf, 1, 2)));
+_Noreturn void cmd_fail(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* Answers --help (usage and `help` on stdout) and --version, then exits with 0; any other word that starts with
+ * two dashes is a mistake, as is an unknown option: message, usage, exit 1. */
+void cmd_long_option(const char *word, const char *usage, const char *help);
+_Noreturn void cmd_unknown(const char *word, const char *usage);
+
+/* The value of the option at argv[*at]: attached ("-n4") or the next word ("-n 4"). Exits if there is none. */
+const char *cmd_value(int argc, char **argv, int *at, const char *usage);
+
+/* Numbers within [low, high]; anything else exits with a message that names the option. */
+long cmd_integer(const char *option, const char *text, long low, long high);
+double cmd_real(const char *option, const char *text, double low, double high);
+
+/* A context whose warnings go to stderr as "name: warning - text". Exits if out of memory. */
+bsdfrbf_context *cmd_context(void);
+
+/* Opens an .rbf file or exits with the library's message. */
+bsdfrbf_model *cmd_open(bsdfrbf_context *context, const char *path);
+
+/* Bar of `length` characters on stderr for as long as the context works; 0 for none. */
+void cmd_progress(bsdfrbf_context *context, int length);
+void cmd_progress_clear(void);
+
+/* SIGINT, SIGTERM and SIGHUP ask the work to stop at its next progress report; a second one ends at once. */
+void cmd_catch_signals(void);
+int cmd_interrupted(void);
+/* Ends as the signal would have, so that shells and make see it. */
+_Noreturn void cmd_end_by_signal(void);
+#endif
