@@ -249,11 +249,13 @@ static void hold_out(const char *folder)
 	finish(beams_truth);
 }
 
+/* Name, symmetry, reflection or transmission, incidences, largest polar angle. */
 static void list(void)
 {
 	for (int k = 0; k < materials_count; k++)
-		printf("%-12s %-14s %c %3d  %s\n", materials[k].name, materials[k].symmetry, materials[k].transmits ? 'T' : 'R',
-			1 + materials[k].steps.thetas * materials[k].steps.phis, materials[k].about);
+		printf("%-12s %-14s %c %3d %3g  %s\n", materials[k].name, materials[k].symmetry, materials[k].transmits ? 'T' : 'R',
+			1 + materials[k].steps.thetas * materials[k].steps.phis,
+			materials[k].steps.theta[materials[k].steps.thetas - 1], materials[k].about);
 	exit(0);
 }
 
