@@ -1,0 +1,407 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * Radiance evaluates a recorded interpolant (.rbf file) directly: this file is compiled inside a Radiance source tree
+ * and answers the five calls of an SDFunc table (common/bsdf.h) from libbsdfrbf.
+ *
+ * What Radiance expects, and how it is met
+ *   Values    The Lambertian part goes into the SDData; getBSDFs answers the rest, f in sr^-1.
+ *   Samples   SDsampComponent() weighs a sample with cTotal and nothing else, so that samples must be distributed as
+ *             f cos / DHR: bsdfrbf_sample() does that, and cTotal is bsdfrbf_dhr_scatter().
+ *   Sides     The renderer may swap its two vectors, and asks tf where tb is missing; the library answers by reciprocity.
+ *   Colour    Coefficients are luminances of three fixed primaries, see rbf_primary.
+ *   Caches    SDfreeCumulativeCache() calls free() on cdList, and loadBSDF() keeps everything: cdList stays NULL, and
+ *             getCDist() answers from a small ring.
+ *   Forks     Renderers fork (-n); a model is immutable and nothing here opens a thread.
+ *
+ * Written in C90 with declarations first, as Radiance's own build asks of its files.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <math.h>
+#include "bsdf.h"
+#include "bsdf_rbf.h"
+#include "bsdfrbf.h"
+
+#define RBF_DETAIL	256	/* size of SDerrorDetail, bsdf.c */
+#define RBF_PRUNE	.001	/* components below this are dropped, as SDloadFile() does with its own */
+#define RBF_RING	16	/* states that live at once: SDsampBSDF() holds one per component of both sides */
+
+#if defined(__GNUC__)
+#define RBF_THREAD	__thread
+#else
+#define RBF_THREAD
+#endif
+
+/* One file: the components share its model, and the last one to go closes it. */
+typedef struct {
+	bsdfrbf_model	*model;
+	int		users;
+} RBFfile;
+
+/* What SDComponent.dist points to. */
+typedef struct {
+	RBFfile		*file;
+	int		front;		/* incident side, for reflection */
+	int		transmit;
+	int		channels;	/* 1 or 3 */
+} RBFpart;
+
+/* State between getCDist and sampCDist. */
+typedef struct {
+	SD_CDIST_BASE(SDCDst_s);	/* first, as Radiance asks; next stays NULL */
+	const RBFpart	*part;
+	float		incident[3];
+} RBFstate;
+
+static RBF_THREAD RBFstate	rbf_ring[RBF_RING];
+static RBF_THREAD unsigned	rbf_ring_next;
+
+/*
+ * Chromaticities (x, y) of the primaries. Radiance mixes colours by chromaticity and luminance, so that a primary needs
+ * some luminance: X and Z themselves (y = 0) will not do. This triangle holds every colour whose y is at least
+ * RBF_PRIMARY_Y (the spectrum locus goes down to .005), so that coefficients are never negative.
+ */
+#define RBF_PRIMARY_Y	.001
+static const double	rbf_primary[3][2] = {
+	{1. - RBF_PRIMARY_Y, RBF_PRIMARY_Y}, {0., 1.}, {0., RBF_PRIMARY_Y}
+};
+
+/* Luminances of the primaries that add up to the given colour. All but black get a positive sum. */
+static void
+rbf_coefficients(float coef[3], const float xyz[3])
+{
+	const double	ratio = RBF_PRIMARY_Y / (1. - RBF_PRIMARY_Y);
+	double		x = xyz[0] > 0 ? ratio*xyz[0] : 0;
+	double		z = xyz[2] > 0 ? ratio*xyz[2] : 0;
+	double		y = xyz[1];
+
+	if (!(y > 0))			/* black, but SDsampComponent() still asks for its colour: grey */
+		y = x = z = 1e-30;
+	else if (x + z > .9*y) {	/* no real colour; noise can make one */
+		double	s = .9*y / (x + z);
+		x *= s; z *= s;
+	}
+	coef[0] = x;
+	coef[1] = y - x - z;
+	coef[2] = z;
+}
+
+/* Radiance's value with colour for X, Y, Z (or Y alone). */
+static void
+rbf_value(SDValue *value, const float *xyz, int channels)
+{
+	double	sum;
+
+	value->spec = c_dfcolor;
+	value->cieY = xyz[channels == 3];
+	if (!(value->cieY > 0))
+		value->cieY = 0;
+	else if (channels == 3) {
+		sum = (double)xyz[0] + xyz[1] + xyz[2];
+		c_cset(&value->spec, xyz[0]/sum, xyz[1]/sum);
+	}
+}
+
+static SDError
+rbf_error(bsdfrbf_status status, const char *message)
+{
+	SDerrorDetail[0] = '\0';
+	strncat(SDerrorDetail, message, RBF_DETAIL-1);
+	switch (status) {
+	case BSDFRBF_OK:
+		return SDEnone;
+	case BSDFRBF_ERR_MEMORY:
+		return SDEmemory;
+	case BSDFRBF_ERR_IO:
+		return SDEfile;
+	case BSDFRBF_ERR_FORMAT:
+	case BSDFRBF_ERR_SYNTAX:
+		return SDEformat;
+	case BSDFRBF_ERR_ARGUMENT:
+		return SDEargument;
+	case BSDFRBF_ERR_DATA:
+		return SDEdata;
+	case BSDFRBF_ERR_VERSION:
+	case BSDFRBF_ERR_UNSUPPORTED:
+		return SDEsupport;
+	case BSDFRBF_ERR_INTERNAL:
+		return SDEinternal;
+	default:
+		return SDEunknown;
+	}
+}
+
+/* Does the part answer for this pair? (z = 0 counts as the back, as in bsdf.c.) */
+static int
+rbf_serves(const RBFpart *part, const FVECT v1, const RREAL *v2)
+{
+	const int	front = v1[2] > 0;
+
+	if (part->transmit)
+		return v2 == NULL || front != (v2[2] > 0);
+	return front == part->front && (v2 == NULL || front == (v2[2] > 0));
+}
+
+/* SDFunc.getBSDFs */
+static int
+rbf_get_bsdfs(float coef[SDmaxCh], const FVECT inVec, const FVECT outVec, SDComponent *sdc)
+{
+	const RBFpart	*part = (const RBFpart *)sdc->dist;
+	float		incident[3], outgoing[3], value[3];
+
+	if (part == NULL || !rbf_serves(part, inVec, outVec))
+		return 0;
+	VCOPY(incident, inVec);
+	VCOPY(outgoing, outVec);
+	bsdfrbf_eval_scatter(part->file->model, incident, outgoing, value);
+	if (part->channels == 1)
+		coef[0] = value[0];
+	else
+		rbf_coefficients(coef, value);
+	return part->channels;
+}
+
+/* SDFunc.queryProjSA */
+static SDError
+rbf_query_proj_sa(double *psa, const FVECT v1, const RREAL *v2, int qflags, SDComponent *sdc)
+{
+	const RBFpart	*part = sdc == NULL ? NULL : (const RBFpart *)sdc->dist;
+	float		incident[3], outgoing[3], smallest, largest;
+
+	if ((psa == NULL) | (v1 == NULL) | (part == NULL))
+		return SDEargument;
+	if (!rbf_serves(part, v1, v2)) {
+		strcpy(SDerrorDetail, "Vectors on the wrong side in rbf_query_proj_sa");
+		return SDEinternal;
+	}
+	VCOPY(incident, v1);
+	if (v2 != NULL) {
+		VCOPY(outgoing, v2);
+	}
+	bsdfrbf_resolution(part->file->model, incident, v2 == NULL ? NULL : outgoing, part->transmit,
+				&smallest, &largest);
+	switch (qflags) {
+	case SDqueryVal:
+		psa[0] = smallest;
+		break;
+	case SDqueryMax:
+		if (largest > psa[0])
+			psa[0] = largest;
+		break;
+	case SDqueryMin+SDqueryMax:
+		if (largest > psa[1])
+			psa[1] = largest;
+		/* fall through */
+	case SDqueryMin:
+		if ((smallest > 0) & (smallest < psa[0]))
+			psa[0] = smallest;
+		break;
+	}
+	return SDEnone;
+}
+
+/* SDFunc.getCDist */
+static const SDCDst *
+rbf_get_cdist(const FVECT inVec, SDComponent *sdc)
+{
+	const RBFpart	*part = sdc == NULL ? NULL : (const RBFpart *)sdc->dist;
+	RBFstate	*state;
+	float		value[3];
+
+	if ((inVec == NULL) | (part == NULL) || !rbf_serves(part, inVec, NULL))
+		return NULL;
+	state = &rbf_ring[rbf_ring_next++ % RBF_RING];
+	state->next = NULL;
+	state->part = part;
+	VCOPY(state->incident, inVec);
+	bsdfrbf_dhr_scatter(part->file->model, state->incident, part->transmit, value);
+	state->cTotal = value[part->channels == 3];
+	return (const SDCDst *)state;
+}
+
+/* SDFunc.sampCDist */
+static SDError
+rbf_samp_cdist(FVECT ioVec, double randX, const SDCDst *cdp)
+{
+	const RBFstate	*state = (const RBFstate *)cdp;
+	float		outgoing[3];
+
+	if ((ioVec == NULL) | (state == NULL))
+		return SDEargument;
+	if (state->part == NULL)		/* SDemptyCD has nothing behind it */
+		return SDEinternal;
+	if (!(randX >= 0)) randX = 0;
+	else if (randX >= 1.) randX = 1. - 1e-9;
+	if (!bsdfrbf_sample(state->part->file->model, state->incident, state->part->transmit, randX, outgoing)) {
+		/* DHR says there is energy: keep it, in the direction of the specular beam */
+		outgoing[0] = -state->incident[0];
+		outgoing[1] = -state->incident[1];
+		outgoing[2] = state->part->transmit ? -state->incident[2] : state->incident[2];
+	}
+	VCOPY(ioVec, outgoing);
+	return SDEnone;
+}
+
+/* SDFunc.freeSC */
+static void
+rbf_free_sc(void *dist)
+{
+	RBFpart	*part = (RBFpart *)dist;
+
+	if (part == NULL)
+		return;
+	if (--part->file->users == 0) {
+		bsdfrbf_close(part->file->model);
+		free(part->file);
+	}
+	free(part);
+}
+
+static const SDFunc	SDhandleRbf = {
+	&rbf_get_bsdfs,
+	&rbf_query_proj_sa,
+	&rbf_get_cdist,
+	&rbf_samp_cdist,
+	&rbf_free_sc
+};
+
+#define RBF_THETAS	32
+#define RBF_PHIS	48
+
+/* Finds the largest DHR and the smallest projected solid angle over one or both incident sides. */
+static void
+rbf_extrema(SDSpectralDF *df, const RBFpart *part, int both)
+{
+	const bsdfrbf_model	*model = part->file->model;
+	float			incident[3], value[3], smallest, largest;
+	double			theta, phi;
+	int			i, j, side;
+
+	df->maxHemi = 0;
+	df->minProjSA = M_PI;
+	for (side = 0; side < 1 + both; side++)
+		for (i = 0; i < RBF_THETAS; i++) {
+			theta = .5*M_PI * i / RBF_THETAS;
+			for (j = 0; j < (i ? RBF_PHIS : 1); j++) {
+				phi = 2*M_PI * j / RBF_PHIS;
+				incident[0] = sin(theta) * cos(phi);
+				incident[1] = sin(theta) * sin(phi);
+				incident[2] = (part->front ^ side) ? cos(theta) : -cos(theta);
+				bsdfrbf_dhr_scatter(model, incident, part->transmit, value);
+				if (value[part->channels == 3] > df->maxHemi)
+					df->maxHemi = value[part->channels == 3];
+				if (i % 4 || j % 4)
+					continue;
+				bsdfrbf_resolution(model, incident, NULL, part->transmit, &smallest, &largest);
+				if ((smallest > 0) & (smallest < df->minProjSA))
+					df->minProjSA = smallest;
+			}
+		}
+}
+
+/* Makes one component; *dfp stays NULL if it would be too small to matter. */
+static SDError
+rbf_component(SDSpectralDF **dfp, RBFfile *file, bsdfrbf_component which)
+{
+	const int	transmit = (which == BSDFRBF_TF) | (which == BSDFRBF_TB);
+	SDSpectralDF	*df;
+	RBFpart		*part;
+	int		i;
+
+	if ((df = SDnewSpectralDF(1)) == NULL)
+		return SDEmemory;
+	if ((part = (RBFpart *)malloc(sizeof(RBFpart))) == NULL) {
+		free(df);
+		strcpy(SDerrorDetail, "Out of memory in rbf_component");
+		return SDEmemory;
+	}
+	part->file = file;
+	file->users++;
+	part->front = (which == BSDFRBF_RF) | (which == BSDFRBF_TF);
+	part->transmit = transmit;
+	part->channels = bsdfrbf_channels(file->model);
+	df->comp[0].func = &SDhandleRbf;
+	df->comp[0].dist = part;
+	df->comp[0].cspec[0] = c_dfcolor;
+	for (i = 0; part->channels == 3 && i < 3; i++)	/* bsdf2klems tells colour by cspec[2].flags */
+		c_cset(&df->comp[0].cspec[i], rbf_primary[i][0], rbf_primary[i][1]);
+					/* a single transmission answers for both sides */
+	rbf_extrema(df, part, transmit && !bsdfrbf_has(file->model, which == BSDFRBF_TF ? BSDFRBF_TB : BSDFRBF_TF));
+	if (df->maxHemi <= RBF_PRUNE)
+		SDfreeSpectralDF(df);
+	else
+		*dfp = df;
+	return SDEnone;
+}
+
+/* Lambertian part; a transmission that was not measured is that of the other side. */
+static void
+rbf_diffuse(SDValue *value, const bsdfrbf_model *model, bsdfrbf_component which, bsdfrbf_component other)
+{
+	float	xyz[3];
+
+	xyz[0] = xyz[1] = xyz[2] = 0;
+	if (bsdfrbf_has(model, which))
+		bsdfrbf_lambertian(model, which, xyz);
+	else if (other != which && bsdfrbf_has(model, other))
+		bsdfrbf_lambertian(model, other, xyz);
+	rbf_value(value, xyz, bsdfrbf_channels(model));
+}
+
+int
+SDisRbf(const char *fname)
+{
+	return bsdfrbf_is_rbf(fname);
+}
+
+SDError
+SDloadRbf(SDData *sd, const char *fname)
+{
+	bsdfrbf_context	*context;
+	bsdfrbf_status	status;
+	RBFfile		*file;
+	SDSpectralDF	**slot[4];
+	SDError		ec = SDEnone;
+	int		i;
+
+	file = (RBFfile *)malloc(sizeof(RBFfile));
+	context = bsdfrbf_context_new();
+	if ((file == NULL) | (context == NULL)) {
+		free(file);
+		bsdfrbf_context_free(context);
+		return rbf_error(BSDFRBF_ERR_MEMORY, "Out of memory in SDloadRbf");
+	}
+	status = bsdfrbf_open(context, fname, &file->model);
+	if (status != BSDFRBF_OK) {
+		ec = rbf_error(status, bsdfrbf_message(context));
+		bsdfrbf_context_free(context);
+		free(file);
+		return ec;
+	}
+	bsdfrbf_context_free(context);
+	SDerrorDetail[0] = '\0';
+	file->users = 1;			/* ourselves */
+	sd->matn[0] = sd->makr[0] = '\0';
+	strncat(sd->matn, bsdfrbf_get_text(file->model, "name"), SDnameLn-1);
+	sd->mgf = NULL;
+	sd->dim[0] = sd->dim[1] = sd->dim[2] = 0;
+	rbf_diffuse(&sd->rLambFront, file->model, BSDFRBF_RF, BSDFRBF_RF);
+	rbf_diffuse(&sd->rLambBack, file->model, BSDFRBF_RB, BSDFRBF_RB);
+	rbf_diffuse(&sd->tLambFront, file->model, BSDFRBF_TF, BSDFRBF_TB);
+	rbf_diffuse(&sd->tLambBack, file->model, BSDFRBF_TB, BSDFRBF_TF);
+	slot[BSDFRBF_RF] = &sd->rf;
+	slot[BSDFRBF_RB] = &sd->rb;
+	slot[BSDFRBF_TF] = &sd->tf;
+	slot[BSDFRBF_TB] = &sd->tb;
+	for (i = 0; ec == SDEnone && i < 4; i++)
+		if (bsdfrbf_has(file->model, (bsdfrbf_component)i))
+			ec = rbf_component(slot[i], file, (bsdfrbf_component)i);
+	if (--file->users == 0) {		/* purely Lambertian, or failed */
+		bsdfrbf_close(file->model);
+		free(file);
+	}
+	if (ec != SDEnone)
+		SDfreeBSDF(sd);
+	return ec;
+}
