@@ -26,4 +26,11 @@ struct bsdfrbf_data {
 	char *source;               /* newline-separated file names, or NULL */
 	size_t files;
 };
+
+/* "front reflection (rf)" and so on, for messages. */
+const char *rbf_component_name(int component);
+
+/* Is there enough to build from? Error DATA if there is nothing, or a component without any value above zero;
+ * warnings about incidences without one, or with fewer than 10 samples. */
+bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data);
 #endif
