@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* mkrbf: measurement files in, recorded interpolant out. Options -n, -s, -t, -g mean what they mean in pabopto2bsdf(1). */
+#include "common.h"
+
+#include <ctype.h>
+#include <libgen.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+static const char usage[] = "[-n threads][-s symmetry][-t][-g angle|A][-l lobes][-pC][-q] -o out.rbf meas1 [meas2 ..]";
+static const char help[] =
+	"Builds an interpolant from BSDF measurements (Mountain or Zemax text) and records it for Radiance and rbfquery.\n"
+	"  -o out.rbf   where to\n"
+	"  -n threads   how many work at once (all processors)\n"
+	"  -s symmetry  isotropic, quadrilateral, bilateral, up, anisotropic (first letter is enough) or auto\n"
+	"  -t           the sample was mounted the other way round: exchange front and back\n"
+	"  -g angle|A   leave out samples nearer to grazing than this, in degrees; A: than the incident directions\n"
+	"  -l lobes     Gaussian lobes per incident direction (chosen from the data)\n"
+	"  -pC          progress bar of C characters, -p none (79 on a terminal)\n"
+	"  -q           quiet: errors and warnings only\n";
+
+typedef struct options {
+	bsdfrbf_build_options build;
+	const char *output;
+	const char *symmetry;  /* as given, or NULL */
+	const char *grazing;   /* as given, or NULL */
+	double grazing_deg;    /* < 0: automatic */
+	int reverse, quiet;
+	int bar;               /* -1: where stderr is a terminal */
+} options;
+
+/* Letter for bsdfrbf_build_options, 0 for "auto". Whole words or the beginnings of them, in any case. */
+static char symmetry_letter(const char *text)
+{
+	static const char *const word[] = {"anisotropic", "auto", "isotropic", "quadrilateral", "bilateral", "up"};
+	for (size_t i = 0; *text && i < sizeof word / sizeof *word; i++)
+		if (!strncasecmp(text, word[i], strlen(text)))
+			return i == 1 ? 0 : (char)toupper((unsigned char)word[i][0]);
+	cmd_fail("option '-s' takes isotropic, quadrilateral, bilateral, up, anisotropic or auto, not '%s'", text);
+}
+
+static int read_options(int argc, char **argv, options *o)
+{
+	int at;
+	for (at = 1; at < argc && argv[at][0] == '-' && argv[at][1]; at++) {
+		const char *word = argv[at];
+		if (!strcmp(word, "--"))
+			return at + 1;
+		switch (word[1]) {
+		case '-':
+			cmd_long_option(word, usage, help);
+			break;
+		case 'o':
+			o->output = cmd_value(argc, argv, &at, usage);
+			break;
+		case 'n':
+			o->build.threads = (int)cmd_integer("-n", cmd_value(argc, argv, &at, usage), 1, 1024);
+			break;
+		case 's':
+			o->symmetry = cmd_value(argc, argv, &at, usage);
+			o->build.symmetry = symmetry_letter(o->symmetry);
+			break;
+		case 'g':
+			o->grazing = cmd_value(argc, argv, &at, usage);
+			o->grazing_deg = toupper((unsigned char)o->grazing[0]) == 'A' ? -1 : cmd_real("-g", o->grazing, 0, 90);
+			break;
+		case 'l':
+			o->build.lobes = (int)cmd_integer("-l", cmd_value(argc, argv, &at, usage), 1, 100000);
+			break;
+		case 'p': /* -p alone is "none", as in bsdf2klems(1) */
+			o->bar = word[2] ? (int)cmd_integer("-p", word + 2, 0, 400) : 0;
+			break;
+		case 't':
+		case 'q':
+			if (word[2])
+				cmd_unknown(word, usage);
+			if (word[1] == 't')
+				o->reverse = !o->reverse;
+			else
+				o->quiet = 1;
+			break;
+		default:
+			cmd_unknown(word, usage);
+		}
+	}
+	for (int i = at; i < argc; i++)
+		if (argv[i][0] == '-' && argv[i][1] && access(argv[i], F_OK))
+			cmd_fail("option '%s' stands after a file: options come first\nUsage: %s %s", argv[i], cmd_name(), usage);
+	return at;
+}
+
+/* Finds out what can be known of the output before minutes are spent. */
+static void check_output(const options *o, int files, char **file)
+{
+	struct stat out, in;
+	if (!o->output || !*o->output)
+		cmd_fail("no output file: give -o out.rbf\nUsage: %s %s", cmd_name(), usage);
+	const int exists = !stat(o->output, &out);
+	if (exists && S_ISDIR(out.st_mode))
+		cmd_fail("%s: is a directory; give the name of a file", o->output);
+	for (int i = 0; exists && i < files; i++)
+		if (!stat(file[i], &in) && in.st_dev == out.st_dev && in.st_ino == out.st_ino)
+			cmd_fail("%s: is one of the measurement files; give another name for the output", o->output);
+	char *copy = strdup(o->output);
+	if (!copy)
+		cmd_fail("out of memory");
+	const char *folder = dirname(copy);
+	if (access(folder, W_OK))
+		cmd_fail("%s: cannot write into the directory %s", o->output, folder);
+	free(copy);
+}
+
+/* Options that change the result, as a text to record. Not -n, -o and files: the same data give the same bytes. */
+static void record_options(bsdfrbf_context *context, bsdfrbf_model *model, const options *o)
+{
+	char text[512] = "mkrbf";
+	size_t at = strlen(text);
+	if (o->build.symmetry)
+		at += (size_t)snprintf(text + at, sizeof text - at, " -s %c", o->build.symmetry);
+	if (o->reverse)
+		at += (size_t)snprintf(text + at, sizeof text - at, " -t");
+	if (o->grazing)
+		at += (size_t)(o->grazing_deg < 0 ? snprintf(text + at, sizeof text - at, " -g A")
+			: snprintf(text + at, sizeof text - at, " -g %g", o->grazing_deg));
+	if (o->build.lobes)
+		snprintf(text + at, sizeof text - at, " -l %d", o->build.lobes);
+	bsdfrbf_set_text(context, model, "command", text);
+}
+
+static void summarize(const bsdfrbf_model *model, const char *path, double seconds)
+{
+	static const char *const name[4] = {"rf", "rb", "tf", "tb"};
+	for (int c = 0; c < 4; c++) {
+		bsdfrbf_component_info info;
+		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
+			continue;
+		fprintf(stderr, "%s: %s; %d incidences to %.1f degrees, %.0f lobes each; frames", name[c], info.symmetry_text,
+			info.incidences, info.theta_max_deg, info.incidences ? (double)info.lobes / info.incidences : 0);
+		for (int f = 0; f < info.frames; f++)
+			fprintf(stderr, "%s %s %.0f %%", f ? "," : "", info.frame_name[f], 100 * info.frame_share[f]);
+		if (info.residual)
+			fprintf(stderr, " + residual %.1f degrees", info.residual_deg);
+		if (info.loo_error >= 0)
+			fprintf(stderr, "; leave-one-out error %.3f", info.loo_error);
+		fputc('\n', stderr);
+	}
+	struct stat status;
+	if (!stat(path, &status))
+		fprintf(stderr, "%s: %.1f MB in %.1f s\n", path, 1e-6 * (double)status.st_size, seconds);
+}
+
+static double now(void)
+{
+	struct timespec t;
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Ends the program if a call failed: by the signal that cancelled it, or with the library's message. */
+static void expect(bsdfrbf_context *context, bsdfrbf_status status)
+{
+	if (cmd_interrupted())
+		cmd_end_by_signal();
+	if (status != BSDFRBF_OK)
+		cmd_fail("%s", bsdfrbf_message(context));
+}
+
+int main(int argc, char **argv)
+{
+	const double start = now();
+	options o = {.bar = -1};
+	cmd_start(argv[0]);
+	bsdfrbf_build_defaults(&o.build);
+	const int at = read_options(argc, argv, &o), files = argc - at;
+	if (files < 1)
+		cmd_fail("no measurement files\nUsage: %s %s", cmd_name(), usage);
+	check_output(&o, files, argv + at);
+
+	bsdfrbf_context *context = cmd_context();
+	if (o.bar < 0)
+		o.bar = isatty(STDERR_FILENO) && !o.quiet ? 79 : 0;
+	cmd_progress(context, o.bar);
+	cmd_catch_signals();
+
+	bsdfrbf_data *data = bsdfrbf_data_new(context);
+	expect(context, data ? BSDFRBF_OK : BSDFRBF_ERR_MEMORY);
+	for (int i = 0; i < files; i++)
+		expect(context, bsdfrbf_data_read(context, data, argv[at + i]));
+	if (o.grazing) {
+		size_t removed;
+		expect(context, bsdfrbf_data_cull(context, data, o.grazing_deg, &removed));
+		if (!o.quiet)
+			cmd_say("left out %zu samples near grazing", removed);
+	}
+	if (o.reverse)
+		bsdfrbf_data_reverse(data);
+
+	bsdfrbf_model *model = NULL;
+	expect(context, bsdfrbf_build(context, data, &o.build, &model));
+	record_options(context, model, &o);
+	if (bsdfrbf_save(context, model, o.output) != BSDFRBF_OK)
+		cmd_fail("%s", bsdfrbf_message(context));
+	cmd_progress_clear();
+	if (!o.quiet)
+		summarize(model, o.output, now() - start);
+	bsdfrbf_close(model);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+	return 0;
+}

@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* rbfinfo: what a recorded interpolant holds, as "key: value" lines and tables. */
+#include "common.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char usage[] = "[-v] file.rbf ..";
+static const char help[] =
+	"Says what a recorded interpolant holds and how well it fits the measurements.\n"
+	"  -v    also the source files and a table of the incident directions\n";
+
+#define DEGREES (180 / 3.14159265358979323846)
+
+static const char *const component_name[4] = {"rf (front reflection)", "rb (back reflection)", "tf (front transmission)",
+	"tb (back transmission)"};
+
+static void print_error(const char *key, double value)
+{
+	if (value >= 0)
+		printf("    %s: %.4f\n", key, value);
+	else
+		printf("    %s: unknown\n", key);
+}
+
+static void print_cell(double value)
+{
+	if (value >= 0)
+		printf(" %9.4f", value);
+	else
+		printf(" %9s", "-");
+}
+
+static void print_incidences(const bsdfrbf_model *model, bsdfrbf_component component, int count)
+{
+	printf("    incident directions:\n       theta      phi    lobes       DHR   fit err   loo err\n");
+	for (int i = 0; i < count; i++) {
+		bsdfrbf_incidence_info info;
+		if (bsdfrbf_get_incidence_info(model, component, i, &info) != BSDFRBF_OK)
+			continue;
+		const float *d = info.direction;
+		double phi = DEGREES * atan2(d[1], d[0]);
+		phi = phi < -5e-3 ? phi + 360 : phi + 0.;
+		printf("    %8.2f %8.2f %8d", DEGREES * atan2(hypot(d[0], d[1]), d[2]), fabs(phi), info.lobes);
+		print_cell(info.dhr);
+		print_cell(info.fit_error);
+		print_cell(info.loo_error);
+		putchar('\n');
+	}
+}
+
+static void print_component(const bsdfrbf_model *model, bsdfrbf_component component, int verbose)
+{
+	bsdfrbf_component_info info;
+	if (bsdfrbf_get_component_info(model, component, &info) != BSDFRBF_OK)
+		return;
+	printf("component: %s\n", component_name[component]);
+	printf("    symmetry: %s\n", info.symmetry_text);
+	print_error("asymmetry", info.asymmetry);
+	printf("    incidences: %d\n", info.incidences);
+	printf("    largest theta: %.2f degrees\n", info.theta_max_deg);
+	printf("    lobes: %llu (%.1f an incidence)\n", (unsigned long long)info.lobes,
+		info.incidences ? (double)info.lobes / info.incidences : 0);
+	printf("    mesh: %d vertices, %d %s\n", info.vertices, info.triangles, info.symmetry == 'I' ? "segments" : "triangles");
+	printf("    frames:");
+	for (int f = 0; f < info.frames; f++)
+		printf("%s %s %.1f %%", f ? "," : "", info.frame_name[f], 100 * info.frame_share[f]);
+	putchar('\n');
+	if (info.residual)
+		printf("    residual transport: %.3f degrees on average, %d directed edges\n", info.residual_deg, info.edges);
+	else
+		printf("    residual transport: none\n");
+	float lambertian[3] = {0};
+	bsdfrbf_lambertian(model, component, lambertian);
+	if (bsdfrbf_channels(model) == 3)
+		printf("    Lambertian part: X %.4f Y %.4f Z %.4f\n", lambertian[0], lambertian[1], lambertian[2]);
+	else
+		printf("    Lambertian part: %.4f\n", lambertian[0]);
+	print_error("fit error", info.fit_error);
+	print_error("leave-one-out error", info.loo_error);
+	if (verbose)
+		print_incidences(model, component, info.incidences);
+}
+
+/* A line of text from the file, which may come from anywhere: nothing that a terminal would obey. */
+static void print_line(const char *text, size_t length)
+{
+	for (size_t i = 0; i < length; i++)
+		putchar((unsigned char)text[i] < 32 || text[i] == 127 ? '?' : text[i]);
+	putchar('\n');
+}
+
+/* Texts that name many things have one a line. */
+static void print_text(const bsdfrbf_model *model, const char *key, int verbose)
+{
+	const char *text = bsdfrbf_get_text(model, key);
+	if (!*text)
+		return;
+	if (!strchr(text, '\n')) {
+		printf("%s: ", key);
+		print_line(text, strlen(text));
+		return;
+	}
+	size_t lines = 0;
+	for (const char *at = text; *at; at += strcspn(at, "\n"), at += *at == '\n')
+		lines++;
+	printf("%s: %zu\n", key, lines);
+	for (const char *at = text; verbose && *at; at += strcspn(at, "\n"), at += *at == '\n') {
+		fputs("    ", stdout);
+		print_line(at, strcspn(at, "\n"));
+	}
+}
+
+static void print_sections(const bsdfrbf_model *model)
+{
+	static const char *const name[4] = {"rf", "rb", "tf", "tb"};
+	unsigned long long total = 0;
+	const int sections = bsdfrbf_get_section(model, -1, NULL, NULL, NULL);
+	printf("sections:\n");
+	for (int i = 0; i < sections; i++) {
+		const char *section = "";
+		int component = -1;
+		uint64_t bytes = 0;
+		bsdfrbf_get_section(model, i, &section, &component, &bytes);
+		printf("    %-16s %-2s %12llu\n", section, component >= 0 && component < 4 ? name[component] : "",
+			(unsigned long long)bytes);
+		total += bytes;
+	}
+	printf("    %-16s %-2s %12llu\n", "all", "", total);
+}
+
+int main(int argc, char **argv)
+{
+	int verbose = 0, at;
+	cmd_start(argv[0]);
+	for (at = 1; at < argc && argv[at][0] == '-' && argv[at][1]; at++) {
+		if (!strcmp(argv[at], "--")) {
+			at++;
+			break;
+		}
+		if (argv[at][1] == '-')
+			cmd_long_option(argv[at], usage, help);
+		else if (!strcmp(argv[at], "-v"))
+			verbose = 1;
+		else
+			cmd_unknown(argv[at], usage);
+	}
+	if (at == argc)
+		cmd_fail("no .rbf file\nUsage: %s %s", cmd_name(), usage);
+	bsdfrbf_context *context = cmd_context();
+	for (int i = at; i < argc; i++) {
+		bsdfrbf_model *model = cmd_open(context, argv[i]);
+		printf("%sfile: %s\n", i > at ? "\n" : "", argv[i]);
+		print_text(model, "name", verbose);
+		print_text(model, "command", verbose);
+		print_text(model, "source", verbose);
+		printf("channels: %s\n", bsdfrbf_channels(model) == 3 ? "X Y Z" : "Y");
+		for (int c = 0; c < 4; c++)
+			print_component(model, (bsdfrbf_component)c, verbose);
+		print_sections(model);
+		bsdfrbf_close(model);
+	}
+	bsdfrbf_context_free(context);
+	if (fflush(stdout) || ferror(stdout))
+		cmd_fail("standard output: cannot write");
+	return 0;
+}
