@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""From measurement to answers: mkrbf and rbfquery against the truth at incidences between the measured ones.
+
+The bounds are the errors of Radiance's own interpolant on such materials (bench/README.md), which this project has to
+beat. Environment: BUILD_DIR, and SHARED_DIR for the bench materials as well, where that folder is there.
+"""
+import glob
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, HERE)
+from score import score  # noqa: E402
+
+BUILD = os.environ.get('BUILD_DIR', os.path.join(HERE, '..', 'build'))
+GONIO = os.path.join(os.environ.get('SHARED_DIR', os.path.join(HERE, '..', '..', 'shared')), 'bench', 'gonio.py')
+#          mean L1, mean error of DHR, logrmse
+SATIN, BRUSHED, SAWTOOTH, PANEL = (.127, .011, .166), (.198, .007, .265), (.306, .018, .480), (.507, .020, .736)
+
+
+def binary(name):
+    return os.path.join(BUILD, 'bin', name)
+
+
+class Accuracy(unittest.TestCase):
+    def judge(self, measure, bounds):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run(measure + [folder], check=True, stdout=subprocess.DEVNULL)
+            files = sorted(glob.glob(folder + '/*_t*_p*.*'))
+            record = os.path.join(folder, 'model.rbf')
+            subprocess.run([binary('mkrbf'), '-q', '-o', record, *files], check=True)
+            with open(folder + '/query.bin', 'rb') as query, open(folder + '/answers.bin', 'wb') as answers:
+                subprocess.run([binary('rbfquery'), '-ff', record], stdin=query, stdout=answers, check=True)
+            result = score(folder, folder + '/answers.bin')
+        print(f'{self.id():60}' + '  '.join(f'{k} {v:.4f}' for k, v in result.items()), file=sys.stderr, flush=True)
+        for name, bound in zip(('l1', 'dhr', 'logrmse'), bounds):
+            self.assertLessEqual(result[name], bound, name)
+
+    def own(self, material, bounds):
+        self.judge([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '48', material], bounds)
+
+    def bench(self, material, bounds):
+        if not os.path.exists(GONIO):
+            self.skipTest('no bench beside the project')
+        self.judge([sys.executable, GONIO, '--seed', '3', '--held', '24', '--grid', '48', material], bounds)
+
+    def test_satin(self):
+        self.own('satin', SATIN)
+
+    def test_brushed(self):
+        self.own('brushed', BRUSHED)
+
+    def test_sawtooth(self):
+        self.own('sawtooth', SAWTOOTH)
+
+    def test_redirect(self):
+        self.own('redirect', PANEL)
+
+    def test_bench_satin(self):
+        self.bench('satin', SATIN)
+
+    def test_bench_lcp(self):
+        self.bench('lcp', PANEL)
+
+
+if __name__ == '__main__':
+    unittest.main()
