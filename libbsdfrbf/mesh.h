@@ -40,11 +40,12 @@ typedef struct rbf_vertex {
 	uint32_t op;         /* operation that takes the measured direction to this one */
 } rbf_vertex;
 
-/* One mesh element: a spherical triangle, or, if isotropic, a segment in theta (v[2] == v[1]).
- * weights(w) = inverse . w for an incident direction w, clipped at 0 and normalised to sum 1. */
+/* One mesh element: a spherical triangle, counter-clockwise seen from outside, or, if isotropic, a segment in theta
+ * (v[2] == v[1]). weights(w) = inverse . w for an incident direction w, clipped at 0 and normalised to sum 1. */
 typedef struct rbf_element {
 	uint32_t v[3];
-	float inverse[3][3]; /* inverse of the matrix with the vertices as columns; unused if isotropic */
+	float inverse[3][3]; /* inverse of the matrix with the vertices as columns; if isotropic: [0][0] is theta at v[0],
+	                        [0][1] is 1 / (theta at v[1] - theta at v[0]), the rest is 0 */
 } rbf_element;
 
 #define RBF_MESH_GRID 64 /* cells a side of the locator, over the square of rbf_square_from_direction() in vector.h */
@@ -53,9 +54,11 @@ typedef struct rbf_mesh {
 	rbf_symmetry symmetry;
 	uint32_t bases;          /* measured incidences */
 	uint32_t vertices, elements;
-	rbf_vertex *vertex;      /* if isotropic: azimuth 0 (y = 0, x >= 0), sorted by theta */
-	rbf_element *element;    /* only those that reach into the fundamental domain */
-	uint32_t borders;        /* boundary edges, for directions outside: border[i] = two vertices, element it belongs to */
+	rbf_vertex *vertex;      /* those that elements and borders use. If isotropic: y = 0, sorted by x; all at azimuth 0, but
+	                            where normal incidence is missing vertex 0 is the image of vertex 1 (op RBF_OP_X) */
+	rbf_element *element;    /* those that reach into the fundamental domain, then any others that borders belong to */
+	uint32_t borders;        /* boundary edges, for directions outside: border[i] = two vertices, in the cyclic order of the
+	                            element they belong to, and that element (RBF_MESH_NO_ELEMENT in a chain) */
 	uint32_t (*border)[3];
 	/* locator: cell (ix, iy) lists elements cell_first[c] .. cell_first[c+1]-1 of cell_element, c = iy*RBF_MESH_GRID+ix.
 	 * Every element that overlaps the cell, in ascending order; for a cell that is wholly or partly outside the
@@ -65,6 +68,7 @@ typedef struct rbf_mesh {
 	uint32_t cell_entries;
 } rbf_mesh;
 #define RBF_MESH_BORDER 0x80000000u
+#define RBF_MESH_NO_ELEMENT 0xffffffffu
 
 /* What the azimuths of the incident directions say. */
 typedef struct rbf_symmetry_choice {
@@ -73,8 +77,8 @@ typedef struct rbf_symmetry_choice {
 } rbf_symmetry_choice;
 
 /* Finds the symmetry from coverage: all directions (beyond a degree from the normal) at one azimuth: isotropic;
- * within one quadrant: quadrilateral; within one half bounded by the x or the y axis: bilateral about that axis;
- * covering 180 degrees otherwise: "up" is only taken when asked for; the full circle: anisotropic. `asked` is 0, 'I', 'Q',
+ * within one quadrant: quadrilateral; within one half bounded by the x or the y axis: bilateral, mirrored
+ * across that axis; covering 180 degrees otherwise: "up" is only taken when asked for; the full circle: anisotropic. `asked` is 0, 'I', 'Q',
  * 'B', 'U' or 'A' (as -s of pabopto2bsdf(1)) and wins, with DATA error if the coverage cannot support it.
  * Coverage that fits nothing: DATA error that lists the azimuths that are missing. directions: count x 3. */
 bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const double *directions, char asked,

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where an incident direction lies in the mesh. Renderers ask this for every new incidence. */
+#include "mesh.h"
+
+/* Weights this far below 0 are rounding: the direction is on an edge. */
+#define ROUNDING (-1e-5f)
+
+typedef struct place {
+	uint32_t item;    /* element, or border with RBF_MESH_BORDER */
+	float quality;    /* element: smallest weight; border: minus the squared distance. The larger the better */
+	float weight[3];
+} place;
+
+/* Weights in an element, normalised but not clipped. */
+static void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
+{
+	const rbf_element *e = &mesh->element[index];
+	const float w0 = rbf_dot(e->inverse[0], d), w1 = rbf_dot(e->inverse[1], d), w2 = rbf_dot(e->inverse[2], d);
+	const float sum = w0 + w1 + w2;
+	if (!(sum > 0))
+		return;
+	const float quality = fminf(fminf(w0, w1), w2) / sum;
+	if (quality > best->quality)
+		*best = (place){ index, quality, { w0 / sum, w1 / sum, w2 / sum } };
+}
+
+static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place *best)
+{
+	const rbf_element *e = &mesh->element[index];
+	const float t = (theta - e->inverse[0][0]) * e->inverse[0][1];
+	const float quality = fminf(t, 1 - t);
+	if (quality > best->quality)
+		*best = (place){ index, quality, { 1 - t, t, 0 } };
+}
+
+/* The nearest point of the arc from a to b: the direction's projection onto the arc's plane, p ~ u a + v b, or an end.
+ * With e = b - a and q = |e|^2 / 2 = 1 - a.b the coefficients are u = q (d.b) - d.e and v = q (d.a) + d.e up to a common
+ * factor; written so, they stay accurate on short arcs. */
+static void try_border(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
+{
+	const float *a = mesh->vertex[mesh->border[index][0]].direction, *b = mesh->vertex[mesh->border[index][1]].direction;
+	const float e[3] = { b[0] - a[0], b[1] - a[1], b[2] - a[2] };
+	const float q = .5f * rbf_dot(e, e), along = rbf_dot(d, e), da = rbf_dot(d, a), db = rbf_dot(d, b);
+	float u = q * db - along, v = q * da + along;
+	if (!(u > 0) || !(v > 0)) {
+		u = da >= db ? 1 : 0;
+		v = 1 - u;
+	}
+	const float scale = 1 / (u + v);
+	u *= scale;
+	v *= scale;
+	float p[3];
+	for (int i = 0; i < 3; i++)
+		p[i] = u * a[i] + v * b[i];
+	const float length = sqrtf(rbf_dot(p, p));
+	const float gap[3] = { d[0] * length - p[0], d[1] * length - p[1], d[2] * length - p[2] };
+	const float quality = length > 0 ? -rbf_dot(gap, gap) / (length * length) : -4;
+	if (quality > best->quality)
+		*best = (place){ RBF_MESH_BORDER | index, quality, { u, v, 0 } };
+}
+
+static uint32_t cell_of(float coordinate)
+{
+	const float t = (coordinate + 1) * (RBF_MESH_GRID / 2);
+	return t > 0 ? t < RBF_MESH_GRID - 1 ? (uint32_t)t : RBF_MESH_GRID - 1 : 0; /* also for what is not a number */
+}
+
+static uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[3], float weight[3])
+{
+	const uint32_t index = best->item & ~RBF_MESH_BORDER;
+	if (best->item & RBF_MESH_BORDER) {
+		corner[0] = mesh->border[index][0];
+		corner[1] = mesh->border[index][1];
+		corner[2] = corner[1];
+	} else
+		for (int k = 0; k < 3; k++)
+			corner[k] = mesh->element[index].v[k];
+	float sum = 0;
+	for (int k = 0; k < 3; k++) {
+		weight[k] = fmaxf(best->weight[k], 0);
+		sum += weight[k];
+	}
+	for (int k = 0; k < 3; k++)
+		weight[k] /= sum;
+	return best->item;
+}
+
+/* Without the locator: for directions that are not in the fundamental domain, whose cells are empty. */
+static void search_all(const rbf_mesh *mesh, const float d[3], float theta, place *element, place *border)
+{
+	for (uint32_t i = 0; i < mesh->elements; i++)
+		if (mesh->symmetry == RBF_ISOTROPIC)
+			try_segment(mesh, i, theta, element);
+		else
+			try_element(mesh, i, d, element);
+	for (uint32_t i = 0; i < mesh->borders; i++)
+		try_border(mesh, i, d, border);
+}
+
+uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+{
+	const int isotropic = mesh->symmetry == RBF_ISOTROPIC;
+	place element = { 0, -INFINITY, { 1, 0, 0 } }, border = { RBF_MESH_BORDER, -INFINITY, { 1, 0, 0 } };
+	float square[2], theta = 0;
+	if (isotropic) {
+		theta = atan2f(hypotf(d[0], d[1]), fmaxf(d[2], 0));
+		square[0] = theta * (float)(2 / RBF_PI);
+		square[1] = 0;
+	} else
+		rbf_square_from_direction(d, square);
+	const uint32_t cell = cell_of(square[1]) * RBF_MESH_GRID + cell_of(square[0]);
+	const uint32_t last = mesh->cell_first[cell + 1];
+	uint32_t k = mesh->cell_first[cell];
+	if (k == last)
+		search_all(mesh, d, theta, &element, &border);
+	for (; k < last; k++) {
+		const uint32_t item = mesh->cell_element[k];
+		if (item & RBF_MESH_BORDER)
+			break;
+		if (isotropic)
+			try_segment(mesh, item, theta, &element);
+		else
+			try_element(mesh, item, d, &element);
+		if (element.quality >= 0)
+			return finish(mesh, &element, corner, weight);
+	}
+	if (element.quality >= ROUNDING)
+		return finish(mesh, &element, corner, weight);
+	for (; k < last; k++)
+		try_border(mesh, mesh->cell_element[k] & ~RBF_MESH_BORDER, d, &border);
+	if (border.quality > -INFINITY || !(element.quality > -INFINITY))
+		return finish(mesh, &border, corner, weight);
+	return finish(mesh, &element, corner, weight);
+}

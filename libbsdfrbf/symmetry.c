@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * Symmetry of a material from the azimuths at which it was lit.
+ *
+ * The rules follow the manual page pabopto2bsdf(1): one azimuth means isotropic, a quarter of the circle
+ * quadrilateral, a half bilateral (or "up", which has the same coverage and must be asked for), the full circle
+ * anisotropic. What that program accepts silently although a sector is missing is refused here, with the
+ * missing azimuths named.
+ */
+#include "mesh.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define DEGREE (RBF_PI / 180)
+/* Closer to the normal than this, the azimuth is an accident of the device. */
+#define NEAR_NORMAL (1.0 * DEGREE)
+/* Azimuths that a plan meant to be equal, or to be on an axis. */
+#define TOLERANCE 1.0
+
+/* An azimuth sector without measurements, counter-clockwise, degrees: from in [0, 360), to > from. */
+typedef struct sector { double from, to; } sector;
+
+int rbf_symmetry_ops(rbf_symmetry symmetry, int op[4])
+{
+	int n = 0;
+	op[n++] = RBF_OP_NONE;
+	switch (symmetry) {
+	case RBF_BILATERAL_X: op[n++] = RBF_OP_X; break;
+	case RBF_BILATERAL_Y: op[n++] = RBF_OP_Y; break;
+	case RBF_UP: op[n++] = RBF_OP_XY; break;
+	case RBF_QUADRILATERAL: op[n++] = RBF_OP_X; op[n++] = RBF_OP_Y; op[n++] = RBF_OP_XY; break;
+	default: break;
+	}
+	return n;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+	const double x = *(const double *)a, y = *(const double *)b;
+	return (x > y) - (x < y);
+}
+
+static double wrap(double degrees)
+{
+	degrees = fmod(degrees, 360);
+	if (degrees < 0)
+		degrees += 360;
+	return degrees >= 360 ? 0 : degrees;
+}
+
+/* Adds the images of `n` azimuths under the group, sorts, and merges what is equal within the tolerance.
+ * out has room for 4 n. */
+static size_t mirrored_azimuths(rbf_symmetry symmetry, size_t n, const double *azimuth, double *out)
+{
+	int op[4];
+	const int ops = rbf_symmetry_ops(symmetry, op);
+	size_t count = 0;
+	for (size_t i = 0; i < n; i++)
+		for (int k = 0; k < ops; k++) {
+			double a = azimuth[i];
+			if (op[k] & RBF_OP_X)
+				a = 180 - a;
+			if (op[k] & RBF_OP_Y)
+				a = -a;
+			out[count++] = wrap(a);
+		}
+	qsort(out, count, sizeof *out, compare_doubles);
+	size_t unique = 0;
+	for (size_t i = 0; i < count; i++)
+		if (!unique || out[i] - out[unique - 1] > TOLERANCE)
+			out[unique++] = out[i];
+	if (unique > 1 && out[0] + 360 - out[unique - 1] <= TOLERANCE)
+		unique--;
+	return unique;
+}
+
+/* Sectors that are much wider than the plan's own spacing, so that the plan cannot have meant them to be
+ * interpolated: above 2.5 times the median spacing, but never below 60 or beyond 120 degrees. `widest` gets the
+ * widest sector, missing or not. Returns the number of missing sectors, at most `room` of them written. */
+static int missing_sectors(rbf_symmetry symmetry, size_t n, const double *azimuth, double *scratch,
+	sector *missing, int room, sector *widest)
+{
+	const size_t count = mirrored_azimuths(symmetry, n, azimuth, scratch);
+	double *gap = scratch + count; /* scratch has room for 12 n: images, gaps, sorted gaps */
+	for (size_t i = 0; i < count; i++)
+		gap[i] = (i + 1 < count ? scratch[i + 1] : scratch[0] + 360) - scratch[i];
+	*widest = (sector){ 0, 0 };
+	for (size_t i = 0; i < count; i++)
+		if (gap[i] > widest->to - widest->from + 1e-6)
+			*widest = (sector){ scratch[i], scratch[i] + gap[i] };
+	double *sorted = gap + count;
+	memcpy(sorted, gap, count * sizeof *gap);
+	qsort(sorted, count, sizeof *sorted, compare_doubles);
+	const double limit = fmin(fmax(2.5 * sorted[count / 2], 60), 120) + TOLERANCE;
+	int found = 0;
+	for (size_t i = 0; i < count; i++)
+		if (gap[i] > limit) {
+			if (found < room)
+				missing[found] = (sector){ scratch[i], scratch[i] + gap[i] };
+			found++;
+		}
+	return found;
+}
+
+/* "90 to 180, 270 to 360" */
+static const char *list_sectors(int count, const sector *missing, char *text, size_t size)
+{
+	size_t used = 0;
+	text[0] = 0;
+	for (int i = 0; i < count && used < size; i++)
+		used += (size_t)snprintf(text + used, size - used, "%s%.0f to %.0f", i ? ", " : "",
+			missing[i].from, missing[i].to);
+	return text;
+}
+
+/* Are all azimuths in [start, start + width]? */
+static int within(size_t n, const double *azimuth, double start, double width)
+{
+	for (size_t i = 0; i < n; i++)
+		if (wrap(azimuth[i] - start + TOLERANCE) > width + 2 * TOLERANCE)
+			return 0;
+	return 1;
+}
+
+static const char *name_of(rbf_symmetry symmetry)
+{
+	switch (symmetry) {
+	case RBF_ISOTROPIC: return "isotropic";
+	case RBF_QUADRILATERAL: return "quadrilateral, mirrors x and y";
+	case RBF_BILATERAL_X: return "bilateral, mirror x";
+	case RBF_BILATERAL_Y: return "bilateral, mirror y";
+	case RBF_UP: return "180 degrees (up)";
+	default: return "anisotropic";
+	}
+}
+
+/* What coverage alone suggests; 0: none of the groups. */
+static int from_coverage(size_t n, const double *azimuth, int one_azimuth)
+{
+	if (one_azimuth)
+		return RBF_ISOTROPIC;
+	for (int quarter = 0; quarter < 4; quarter++)
+		if (within(n, azimuth, 90 * quarter, 90))
+			return RBF_QUADRILATERAL;
+	if (within(n, azimuth, 0, 180) || within(n, azimuth, 180, 180))
+		return RBF_BILATERAL_Y;
+	if (within(n, azimuth, -90, 180) || within(n, azimuth, 90, 180))
+		return RBF_BILATERAL_X;
+	return RBF_ANISOTROPIC;
+}
+
+static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *azimuth, double *scratch,
+	int one_azimuth, char asked, rbf_symmetry_choice *choice)
+{
+	enum { ROOM = 6 };
+	sector missing[ROOM], unmeasured, widest;
+	char sectors[160];
+	int found;
+	const int round = !missing_sectors(RBF_ANISOTROPIC, n, azimuth, scratch, missing, 0, &unmeasured);
+	const double first = round ? 0 : wrap(unmeasured.to);
+	const double last = round ? 360 : first + 360 - (unmeasured.to - unmeasured.from);
+
+	rbf_symmetry symmetry = (rbf_symmetry)from_coverage(n, azimuth, one_azimuth);
+	switch (asked) {
+	case 'I': symmetry = RBF_ISOTROPIC; break;
+	case 'Q': symmetry = RBF_QUADRILATERAL; break;
+	case 'U': symmetry = RBF_UP; break;
+	case 'A': symmetry = RBF_ANISOTROPIC; break;
+	case 'B':
+		/* Coverage of a half says which axis. With more than that either would do: y unless it leaves a hole. */
+		if (symmetry != RBF_BILATERAL_X && symmetry != RBF_BILATERAL_Y) {
+			symmetry = RBF_BILATERAL_Y;
+			if (missing_sectors(RBF_BILATERAL_Y, n, azimuth, scratch, missing, 0, &widest)
+					&& !missing_sectors(RBF_BILATERAL_X, n, azimuth, scratch, missing, 0, &widest))
+				symmetry = RBF_BILATERAL_X;
+		}
+		break;
+	default: break;
+	}
+	if (symmetry != RBF_ISOTROPIC) {
+		found = missing_sectors(symmetry, n, azimuth, scratch, missing, ROOM, &widest);
+		if (found) {
+			char remedy[120] = "";
+			static const struct { rbf_symmetry symmetry; char letter; } other[] = {
+				{ RBF_QUADRILATERAL, 'Q' }, { RBF_BILATERAL_Y, 'B' }, { RBF_BILATERAL_X, 'B' },
+				{ RBF_UP, 'U' }, { RBF_ANISOTROPIC, 'A' }
+			};
+			list_sectors(found < ROOM ? found : ROOM, missing, sectors, sizeof sectors);
+			size_t used = (size_t)snprintf(remedy, sizeof remedy, "-s I");
+			char listed = 0;
+			sector ignored;
+			for (size_t i = 0; i < sizeof other / sizeof *other; i++)
+				if (other[i].symmetry != symmetry && other[i].letter != listed && !one_azimuth
+						&& !missing_sectors(other[i].symmetry, n, azimuth, scratch, missing, 0, &ignored)) {
+					used += (size_t)snprintf(remedy + used, sizeof remedy - used, ", -s %c", other[i].letter);
+					listed = other[i].letter;
+				}
+			return rbf_fail(context, BSDFRBF_ERR_DATA,
+				"incident azimuths %.0f to %.0f degrees do not cover a material that is %s: missing %s; "
+				"measure these, or, if the material is so, ask for %s",
+				first, last, name_of(symmetry), sectors, remedy);
+		}
+		if (widest.to - widest.from > 60 + TOLERANCE)
+			rbf_warn(context, "no incident azimuth between %.0f and %.0f degrees, mirror images included: "
+				"the result is interpolated across a wide gap", widest.from, widest.to);
+	}
+	choice->symmetry = symmetry;
+	if (one_azimuth)
+		snprintf(choice->text, sizeof choice->text, "%s%s (azimuth %.0f measured)", name_of(symmetry),
+			asked ? ", asked for" : "", first);
+	else
+		snprintf(choice->text, sizeof choice->text, "%s%s (azimuths %.0f to %.0f measured)", name_of(symmetry),
+			asked ? ", asked for" : "", first, last);
+	return BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const double *directions, char asked,
+	rbf_symmetry_choice *choice)
+{
+	if (asked && !strchr("IQBUA", asked))
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "symmetry '%c' is none of I, Q, B, U, A", asked);
+	if (!count)
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "no incident directions");
+	double *azimuth = malloc(count * 13 * sizeof *azimuth);
+	if (!azimuth)
+		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	size_t n = 0;
+	int one_azimuth = 1;
+	const double *pivot = NULL; /* the direction furthest from the normal has the most certain azimuth */
+	for (size_t i = 0; i < count; i++) {
+		const double *d = directions + 3 * i;
+		if (atan2(hypot(d[0], d[1]), d[2]) <= NEAR_NORMAL)
+			continue;
+		azimuth[n++] = wrap(atan2(d[1], d[0]) / DEGREE);
+		if (!pivot || d[2] < pivot[2])
+			pivot = d;
+	}
+	/* One azimuth: close to the pivot's meridian by angle on the sphere, and on its side of the normal. */
+	for (size_t i = 0; pivot && i < count; i++) {
+		const double *d = directions + 3 * i, r = hypot(pivot[0], pivot[1]);
+		const double along = (d[0]*pivot[0] + d[1]*pivot[1]) / r, across = (d[1]*pivot[0] - d[0]*pivot[1]) / r;
+		if (hypot(along, across) > sin(NEAR_NORMAL) && (along < 0 || fabs(across) > sin(TOLERANCE * DEGREE)))
+			one_azimuth = 0;
+	}
+	bsdfrbf_status status = BSDFRBF_OK;
+	if (!n) {
+		/* Normal incidence alone says nothing about azimuth. */
+		choice->symmetry = RBF_ISOTROPIC;
+		switch (asked) {
+		case 'Q': choice->symmetry = RBF_QUADRILATERAL; break;
+		case 'B': choice->symmetry = RBF_BILATERAL_Y; break;
+		case 'U': choice->symmetry = RBF_UP; break;
+		case 'A': choice->symmetry = RBF_ANISOTROPIC; break;
+		default: break;
+		}
+		snprintf(choice->text, sizeof choice->text, "%s%s (normal incidence only)", name_of(choice->symmetry),
+			asked ? ", asked for" : "");
+	} else
+		status = choose(context, n, azimuth, azimuth + n, one_azimuth, asked, choice);
+	free(azimuth);
+	return status;
+}

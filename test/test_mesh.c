@@ -1,0 +1,777 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Symmetry from coverage, the mesh of incident directions, and its locator against a brute-force search. */
+#define _POSIX_C_SOURCE 200809L
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <cmocka.h>
+
+#include "../libbsdfrbf/mesh_build.h"
+
+#define DEGREE (RBF_PI / 180)
+#define MAX_PLAN 6000
+
+typedef struct plan {
+	size_t count;
+	double d[MAX_PLAN][3];
+} plan;
+
+static plan scratch;
+
+static uint64_t random_state;
+
+static double uniform(void)
+{
+	random_state = random_state * 6364136223846793005u + 1442695040888963407u;
+	return (double)(random_state >> 11) * 0x1p-53;
+}
+
+static double seconds(void)
+{
+	struct timespec t;
+	clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void polar(double theta_deg, double phi_deg, double d[3])
+{
+	const double t = theta_deg * DEGREE, p = phi_deg * DEGREE;
+	d[0] = sin(t) * cos(p);
+	d[1] = sin(t) * sin(p);
+	d[2] = cos(t);
+}
+
+static void add(plan *p, double theta_deg, double phi_deg)
+{
+	assert_true(p->count < MAX_PLAN);
+	polar(theta_deg, phi_deg, p->d[p->count++]);
+}
+
+/* Rings at theta from, from + step, ... to, azimuths likewise; with the pole if asked. */
+static plan *rings(int pole, double from, double to, double step, double phi_from, double phi_to, double phi_step)
+{
+	scratch.count = 0;
+	if (pole)
+		add(&scratch, 0, 0);
+	for (double t = from; t <= to + 1e-9; t += step)
+		for (double p = phi_from; p <= phi_to + 1e-9; p += phi_step)
+			add(&scratch, t, p);
+	return &scratch;
+}
+
+static void random_direction(rbf_symmetry symmetry, double theta_max, float d[3])
+{
+	const double z = 1 - uniform() * (1 - cos(theta_max)), r = sqrt(1 - z * z), phi = 2 * RBF_PI * uniform();
+	d[0] = (float)(r * cos(phi));
+	d[1] = (float)(r * sin(phi));
+	d[2] = (float)z;
+	rbf_normalize(d);
+	rbf_mirror((unsigned)rbf_symmetry_fold(symmetry, d), d, d);
+}
+
+/* ------------------------------------------------------------ brute force, in double */
+
+static double det3(const double a[3], const double b[3], const double c[3])
+{
+	double n[3];
+	rbf_cross3(a, b, n);
+	return rbf_dot3(n, c);
+}
+
+static void vertex_of(const rbf_mesh *m, uint32_t i, double p[3])
+{
+	for (int k = 0; k < 3; k++)
+		p[k] = m->vertex[i].direction[k];
+}
+
+/* Smallest normalised weight of d in the best element; negative outside all. */
+static double best_weight(const rbf_mesh *m, const double d[3], uint32_t *element)
+{
+	double best = -1e30;
+	for (uint32_t e = 0; e < m->elements; e++) {
+		double p[3][3], w[3], sum = 0;
+		for (int k = 0; k < 3; k++)
+			vertex_of(m, m->element[e].v[k], p[k]);
+		for (int k = 0; k < 3; k++)
+			sum += w[k] = det3(p[(k + 1) % 3], p[(k + 2) % 3], d);
+		const double least = fmin(fmin(w[0], w[1]), w[2]) / sum;
+		if (sum > 0 && least > best) {
+			best = least;
+			*element = e;
+		}
+	}
+	return best;
+}
+
+/* Distance to the nearest border by walking along each arc: slow, and unlike the library's way. */
+static double border_distance(const rbf_mesh *m, const double d[3])
+{
+	double best = 10;
+	for (uint32_t i = 0; i < m->borders; i++) {
+		double a[3], b[3], low = 0, high = 1;
+		vertex_of(m, m->border[i][0], a);
+		vertex_of(m, m->border[i][1], b);
+		for (int turn = 0; turn < 60; turn++) {
+			double at[2];
+			for (int s = 0; s < 2; s++) {
+				const double t = low + (high - low) * (s + 1) / 3;
+				double p[3], gap[3];
+				for (int k = 0; k < 3; k++)
+					p[k] = (1 - t) * a[k] + t * b[k];
+				rbf_unit3(p);
+				for (int k = 0; k < 3; k++)
+					gap[k] = p[k] - d[k];
+				at[s] = sqrt(rbf_dot3(gap, gap));
+				best = fmin(best, at[s]);
+			}
+			if (at[0] < at[1])
+				high = low + (high - low) * 2 / 3;
+			else
+				low = low + (high - low) / 3;
+		}
+	}
+	return best;
+}
+
+static double triangle_area(const double a[3], const double b[3], const double c[3])
+{
+	/* Van Oosterom and Strackee, 1983 */
+	return 2 * atan2(det3(a, b, c), 1 + rbf_dot3(a, b) + rbf_dot3(b, c) + rbf_dot3(c, a));
+}
+
+/* The point that weights stand for. */
+static void reproduced(const rbf_mesh *m, const uint32_t corner[3], const float weight[3], double p[3])
+{
+	p[0] = p[1] = p[2] = 0;
+	for (int k = 0; k < 3; k++)
+		for (int i = 0; i < 3; i++)
+			p[i] += (double)weight[k] * m->vertex[corner[k]].direction[i];
+	rbf_unit3(p);
+}
+
+static double distance(const double a[3], const double b[3])
+{
+	const double d[3] = { a[0] - b[0], a[1] - b[1], a[2] - b[2] };
+	return sqrt(rbf_dot3(d, d));
+}
+
+/* Locates d, checks the answer by brute force; returns 1 if inside. p: the point reproduced. */
+static int check_locate(const rbf_mesh *m, const float d[3], double p[3])
+{
+	uint32_t corner[3] = { ~0u, ~0u, ~0u }, element = 0;
+	float w[3] = { NAN, NAN, NAN };
+	const uint32_t found = rbf_mesh_locate(m, d, corner, w);
+	const double dd[3] = { d[0], d[1], d[2] };
+	double sum = 0;
+	for (int k = 0; k < 3; k++) {
+		assert_true(corner[k] < m->vertices);
+		assert_true(w[k] >= 0 && w[k] <= 1.000001f);
+		sum += w[k];
+	}
+	assert_true(fabs(sum - 1) < 1e-5);
+	reproduced(m, corner, w, p);
+	const double least = best_weight(m, dd, &element);
+	if (found & RBF_MESH_BORDER) {
+		assert_true((found & ~RBF_MESH_BORDER) < m->borders);
+		assert_true(least < 2e-4); /* not inside any element, up to rounding in thin ones */
+		const double expected = border_distance(m, dd);
+		if (fabs(distance(p, dd) - expected) > 2e-5)
+			fail_msg("border at %g, nearest at %g, d = %g %g %g", distance(p, dd), expected, dd[0], dd[1], dd[2]);
+		return 0;
+	}
+	assert_true(found < m->elements);
+	assert_true(least > -2e-4);
+	if (distance(p, dd) > 3e-5)
+		fail_msg("direction %g %g %g comes back %g off", dd[0], dd[1], dd[2], distance(p, dd));
+	return 1;
+}
+
+static void check_structure(const rbf_mesh *m, const plan *plan, long exclude)
+{
+	for (uint32_t i = 0; i < m->vertices; i++) {
+		const rbf_vertex *v = &m->vertex[i];
+		assert_true(v->base < plan->count && (long)v->base != exclude && v->op < 4);
+		assert_true(v->direction[2] >= 0);
+		if (m->symmetry == RBF_ISOTROPIC)
+			continue;
+		const float base[3] = { (float)plan->d[v->base][0], (float)plan->d[v->base][1], (float)plan->d[v->base][2] };
+		float image[3];
+		rbf_mirror(v->op, base, image);
+		for (int k = 0; k < 3; k++)
+			assert_true(fabsf(image[k] - v->direction[k]) < 1e-4f);
+	}
+	for (uint32_t e = 0; e < m->elements; e++) {
+		double p[3][3];
+		for (int k = 0; k < 3; k++) {
+			assert_true(m->element[e].v[k] < m->vertices);
+			vertex_of(m, m->element[e].v[k], p[k]);
+		}
+		if (m->symmetry != RBF_ISOTROPIC)
+			assert_true(det3(p[0], p[1], p[2]) > 0);
+	}
+	assert_true(m->borders > 0);
+	for (uint32_t i = 0; i < m->borders; i++) {
+		assert_true(m->border[i][0] < m->vertices && m->border[i][1] < m->vertices);
+		const uint32_t e = m->border[i][2];
+		if (e == RBF_MESH_NO_ELEMENT) {
+			assert_true(m->elements == 0);
+			continue;
+		}
+		assert_true(e < m->elements);
+		int cyclic = 0;
+		for (int k = 0; k < 3; k++)
+			cyclic |= m->element[e].v[k] == m->border[i][0] && m->element[e].v[(k + 1) % 3] == m->border[i][1];
+		assert_true(cyclic || m->symmetry == RBF_ISOTROPIC);
+	}
+	assert_true(m->cell_first[0] == 0 && m->cell_first[RBF_MESH_GRID * RBF_MESH_GRID] == m->cell_entries);
+	for (uint32_t c = 0; c < RBF_MESH_GRID * RBF_MESH_GRID; c++)
+		for (uint32_t k = m->cell_first[c]; k < m->cell_first[c + 1]; k++) {
+			const uint32_t item = m->cell_element[k];
+			assert_true((item & ~RBF_MESH_BORDER) < (item & RBF_MESH_BORDER ? m->borders : m->elements));
+			assert_true(k == m->cell_first[c] || item > m->cell_element[k - 1]);
+		}
+}
+
+/* Vertices must return themselves; random directions, directions on edges, the pole and the horizon must agree with
+ * brute force; a small step moves the reproduced point by a small step, inside, across borders and outside. */
+static int check_mesh(const rbf_mesh *m, const plan *plan, long exclude, int trials, double theta_max)
+{
+	double p[3], q[3];
+	int inside = 0;
+	check_structure(m, plan, exclude);
+	for (uint32_t i = 0; i < m->vertices; i++) {
+		float d[3];
+		memcpy(d, m->vertex[i].direction, sizeof d);
+		if (rbf_symmetry_fold(m->symmetry, d) != RBF_OP_NONE)
+			continue;
+		uint32_t corner[3];
+		float w[3];
+		check_locate(m, d, p);
+		rbf_mesh_locate(m, d, corner, w);
+		float own = 0;
+		for (int k = 0; k < 3; k++)
+			if (corner[k] == i)
+				own += w[k];
+		if (own < .999f)
+			fail_msg("vertex %u is reproduced to %g only", i, (double)own);
+	}
+	for (int i = 0; i < trials; i++) {
+		float d[3], e[3];
+		random_direction(m->symmetry, theta_max, d);
+		if (i % 5 == 1 && m->elements) { /* on an edge */
+			const rbf_element *el = &m->element[(uint32_t)(uniform() * m->elements)];
+			const float t = (float)uniform();
+			for (int k = 0; k < 3; k++)
+				d[k] = (1 - t) * m->vertex[el->v[0]].direction[k] + t * m->vertex[el->v[1]].direction[k];
+			rbf_normalize(d);
+			rbf_mirror((unsigned)rbf_symmetry_fold(m->symmetry, d), d, d);
+		} else if (i % 50 == 2) {
+			d[2] = 0; /* horizon */
+			rbf_normalize(d);
+		} else if (i % 50 == 3) {
+			d[0] = d[1] = 0;
+			d[2] = 1;
+		}
+		inside += check_locate(m, d, p);
+		const double step = 1e-4;
+		for (int k = 0; k < 3; k++)
+			e[k] = d[k] + (float)(step * (2 * uniform() - 1));
+		e[2] = fmaxf(e[2], 0);
+		rbf_normalize(e);
+		const int op = rbf_symmetry_fold(m->symmetry, e);
+		rbf_mirror((unsigned)op, e, e);
+		check_locate(m, e, q);
+		if (op & RBF_OP_X)
+			q[0] = -q[0];
+		if (op & RBF_OP_Y)
+			q[1] = -q[1];
+		const double dd[3] = { d[0], d[1], d[2] };
+		/* nearest points are unique up to a quarter circle from a convex rim, and contract */
+		if (border_distance(m, dd) < .5 && distance(p, q) > 4 * step)
+			fail_msg("a step of %g jumps by %g at %g %g %g", step, distance(p, q), dd[0], dd[1], dd[2]);
+	}
+	return inside;
+}
+
+static rbf_mesh build(rbf_symmetry symmetry, const plan *plan, long exclude)
+{
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	rbf_mesh m;
+	const bsdfrbf_status status = rbf_mesh_build(context, symmetry, plan->count, &plan->d[0][0], exclude, &m);
+	if (status != BSDFRBF_OK)
+		fail_msg("mesh: %s", bsdfrbf_message(context));
+	bsdfrbf_context_free(context);
+	return m;
+}
+
+/* --------------------------------------------------------------------- whole hull */
+
+static const double (*hull_point)[2];
+
+static int by_xy(const void *a, const void *b)
+{
+	const double *p = hull_point[*(const int *)a], *q = hull_point[*(const int *)b];
+	if (p[0] != q[0])
+		return p[0] < q[0] ? -1 : 1;
+	return (p[1] > q[1]) - (p[1] < q[1]);
+}
+
+/* Area of the spherical convex hull by way of the plane convex hull of the gnomonic projection. */
+static double hull_area(size_t n, const double (*p)[3])
+{
+	double (*flat)[2] = calloc(n, sizeof *flat);
+	int *order = calloc(n, sizeof *order), *hull = calloc(2 * n + 2, sizeof *hull);
+	for (size_t i = 0; i < n; i++) {
+		flat[i][0] = p[i][0] / p[i][2];
+		flat[i][1] = p[i][1] / p[i][2];
+		order[i] = (int)i;
+	}
+	hull_point = (const double (*)[2])flat;
+	qsort(order, n, sizeof *order, by_xy);
+	size_t k = 0;
+	for (int pass = 0; pass < 2; pass++) {
+		const size_t floor = k + 1;
+		for (size_t j = 0; j < n; j++) {
+			const int i = order[pass ? n - 1 - j : j];
+			while (k > floor && (flat[hull[k-1]][0] - flat[hull[k-2]][0]) * (flat[i][1] - flat[hull[k-2]][1])
+					<= (flat[hull[k-1]][1] - flat[hull[k-2]][1]) * (flat[i][0] - flat[hull[k-2]][0]))
+				k--;
+			hull[k++] = i;
+		}
+		k--;
+	}
+	double area = 0;
+	for (size_t i = 1; i + 1 < k; i++)
+		area += triangle_area(p[hull[0]], p[hull[i]], p[hull[i + 1]]);
+	free(flat);
+	free(order);
+	free(hull);
+	return area;
+}
+
+/* The triangles cover the convex hull once: areas add up, every vertex is used, neighbours are mutual and
+ * Delaunay's empty circle holds. */
+static void check_hull(const plan *plan, double expected, double slack)
+{
+	size_t n;
+	rbf_triangle *t;
+	assert_int_equal(rbf_hull(NULL, plan->count, (const double (*)[3])plan->d, &n, &t), BSDFRBF_OK);
+	double area = 0;
+	unsigned char *used = calloc(plan->count, 1);
+	size_t rim = 0;
+	for (size_t i = 0; i < n; i++) {
+		const double *a = plan->d[t[i].v[0]], *b = plan->d[t[i].v[1]], *c = plan->d[t[i].v[2]];
+		const double one = triangle_area(a, b, c);
+		assert_true(one > 0);
+		area += one;
+		double ab[3], ac[3], normal[3];
+		for (int k = 0; k < 3; k++) {
+			used[t[i].v[k]] = 1;
+			ab[k] = b[k] - a[k];
+			ac[k] = c[k] - a[k];
+			if (t[i].neighbour[k] < 0) {
+				rim++;
+				continue;
+			}
+			int back = 0;
+			for (int j = 0; j < 3; j++)
+				back |= t[t[i].neighbour[k]].neighbour[j] == (int32_t)i;
+			assert_true(back);
+		}
+		rbf_cross3(ab, ac, normal);
+		rbf_unit3(normal);
+		const double height = rbf_dot3(normal, a);
+		if (plan->count <= 500)
+			for (size_t j = 0; j < plan->count; j++)
+				assert_true(rbf_dot3(normal, plan->d[j]) < height + 1e-9);
+	}
+	for (size_t j = 0; j < plan->count; j++)
+		assert_true(used[j]);
+	/* Euler: triangles = 2 vertices - 2 - rim sides, for one piece without holes */
+	assert_int_equal(n, 2 * plan->count - 2 - rim);
+	/* never more than the hull; less only by the flat triangles that the rim of a scattered plan loses */
+	if (area > expected * (1 + 1e-9) || area < expected - slack - 1e-9)
+		fail_msg("area %.9f, hull %.9f", area, expected);
+	free(used);
+	free(t);
+}
+
+static void test_hull(void **state)
+{
+	(void)state;
+	plan *p = rings(1, 10, 80, 10, 0, 345, 15);
+	check_hull(p, hull_area(p->count, (const double (*)[3])p->d), 0);
+	p = rings(0, 10, 80, 10, 7.5, 352.5, 15); /* a 24-gon about the pole */
+	check_hull(p, hull_area(p->count, (const double (*)[3])p->d), 0);
+	p = rings(1, 15, 75, 15, 0, 359, 24);
+	check_hull(p, hull_area(p->count, (const double (*)[3])p->d), 0);
+	p = rings(1, 12, 72, 12, 0, 180, 20); /* a half, straight rim through the pole */
+	check_hull(p, hull_area(p->count, (const double (*)[3])p->d), 0);
+	p = rings(1, 10, 80, 10, 0, 90, 15);
+	check_hull(p, hull_area(p->count, (const double (*)[3])p->d), 0);
+	p = rings(1, 10, 90, 10, 0, 359, 10); /* to the horizon */
+	check_hull(p, 2 * RBF_PI, 0);
+	p = rings(1, 1.5, 88.5, 1.5, 0, 359, 5); /* 4249 points */
+	check_hull(p, hull_area(p->count, (const double (*)[3])p->d), 0);
+	random_state = 5;
+	for (int trial = 0; trial < 200; trial++) {
+		scratch.count = 0;
+		const int n = 4 + (int)(uniform() * 60);
+		for (int i = 0; i < n; i++)
+			add(&scratch, 85 * sqrt(uniform()), 360 * uniform());
+		check_hull(&scratch, hull_area(scratch.count, (const double (*)[3])scratch.d), 2e-3);
+	}
+}
+
+/* ------------------------------------------------------------------------- meshes */
+
+static void test_plans(void **state)
+{
+	(void)state;
+	random_state = 1;
+	struct { const char *name; rbf_symmetry symmetry; plan *plan; double reach; } set[4];
+	for (int i = 0; i < 4; i++) {
+		switch (i) {
+		case 0: set[i].plan = rings(1, 10, 80, 10, 0, 90, 15); set[i].symmetry = RBF_QUADRILATERAL; set[i].reach = 79; break;
+		case 1: set[i].plan = rings(1, 12, 72, 12, 0, 180, 20); set[i].symmetry = RBF_BILATERAL_Y; set[i].reach = 71; break;
+		case 2: set[i].plan = rings(0, 0, 80, 8, 0, 0, 1); set[i].symmetry = RBF_ISOTROPIC; set[i].reach = 80; break;
+		case 3: set[i].plan = rings(1, 15, 75, 15, 0, 359, 24); set[i].symmetry = RBF_ANISOTROPIC; set[i].reach = 74; break;
+		}
+		if (i == 2)
+			continue; /* test_isotropic */
+		rbf_mesh m = build(set[i].symmetry, set[i].plan, -1);
+		check_mesh(&m, set[i].plan, -1, 6000, RBF_PI / 2);
+		/* everything well inside the measured cone is inside the mesh */
+		assert_int_equal(check_mesh(&m, set[i].plan, -1, 300, (set[i].reach - 10) * DEGREE), 300 - 6);
+		print_message("plan %d: %u vertices, %u elements, %u borders, %u entries\n", i, m.vertices, m.elements,
+			m.borders, m.cell_entries);
+		rbf_mesh_free(&m);
+		/* leave each out once */
+		for (size_t k = 0; k < set[i].plan->count; k += 7) {
+			m = build(set[i].symmetry, set[i].plan, (long)k);
+			check_mesh(&m, set[i].plan, (long)k, 200, RBF_PI / 2);
+			rbf_mesh_free(&m);
+		}
+	}
+}
+
+static void test_isotropic(void **state)
+{
+	(void)state;
+	for (int pole = 0; pole < 2; pole++) {
+		plan *p = rings(0, pole ? 0 : 8, 80, 8, 30, 30, 1);
+		for (long exclude = -1; exclude < (long)p->count; exclude++) {
+			rbf_mesh m = build(RBF_ISOTROPIC, p, exclude);
+			check_structure(&m, p, exclude);
+			float last = m.vertex[m.vertices - 1].direction[0];
+			for (double t = 0; t <= 90; t += .37) {
+				const float d[3] = { (float)sin(t * DEGREE), 0, (float)cos(t * DEGREE) };
+				uint32_t corner[3];
+				float w[3];
+				const uint32_t found = rbf_mesh_locate(&m, d, corner, w);
+				double theta = 0;
+				for (int k = 0; k < 3; k++) {
+					assert_true(w[k] >= 0);
+					theta += w[k] * atan2(m.vertex[corner[k]].direction[0], m.vertex[corner[k]].direction[2]);
+				}
+				assert_true(fabs(w[0] + w[1] + w[2] - 1) < 1e-6);
+				assert_int_equal((found & RBF_MESH_BORDER) != 0, d[0] > last);
+				assert_true(fabs(theta - fmin(t * DEGREE, asin(last))) < 1e-5);
+			}
+			rbf_mesh_free(&m);
+		}
+	}
+}
+
+/* A base and all its images are found by folding, with the base's own weight. */
+static void test_folds(void **state)
+{
+	(void)state;
+	static const rbf_symmetry group[] = { RBF_ANISOTROPIC, RBF_BILATERAL_X, RBF_BILATERAL_Y, RBF_UP, RBF_QUADRILATERAL };
+	for (int g = 0; g < 5; g++) {
+		int op[4];
+		const int ops = rbf_symmetry_ops(group[g], op);
+		assert_int_equal(ops, g == 0 ? 1 : g == 4 ? 4 : 2);
+		for (int a = 0; a < ops; a++)
+			for (int b = 0; b < ops; b++) {
+				int member = 0;
+				for (int c = 0; c < ops; c++)
+					member |= op[c] == (op[a] ^ op[b]);
+				assert_true(member);
+			}
+		random_state = 9;
+		plan *p = rings(1, 20, 80, 15, 5, 360, 13); /* no axis, the full circle: more than any group needs */
+		rbf_mesh m = build(group[g], p, -1);
+		check_mesh(&m, p, -1, 1500, RBF_PI / 2);
+		if (g == 0)
+			assert_int_equal(m.vertices, p->count);
+		rbf_mesh_free(&m);
+		/* half of the fundamental domain's data lies outside it: images take over */
+		p = rings(1, 20, 80, 15, g == 1 ? 90 : 180, g == 1 ? 270 : 360, 15);
+		m = build(group[g], p, -1);
+		check_mesh(&m, p, -1, 1500, RBF_PI / 2);
+		rbf_mesh_free(&m);
+	}
+	/* On the axes an image is its own base: no doubles. Full mesh of the quadrilateral plan: 1 + 8 x 24. */
+	plan *p = rings(1, 10, 80, 10, 0, 90, 15);
+	rbf_mesh m = build(RBF_QUADRILATERAL, p, -1);
+	for (uint32_t i = 0; i < m.vertices; i++)
+		for (uint32_t j = 0; j < i; j++)
+			assert_true(rbf_dot(m.vertex[i].direction, m.vertex[j].direction) < .9999f);
+	assert_int_equal(m.vertices, 57);
+	rbf_mesh_free(&m);
+}
+
+static void test_degenerate(void **state)
+{
+	(void)state;
+	random_state = 3;
+	static const rbf_symmetry group[] = { RBF_ANISOTROPIC, RBF_BILATERAL_X, RBF_BILATERAL_Y, RBF_UP, RBF_QUADRILATERAL };
+	static const struct { int n; double at[8][2]; } set[] = {
+		{ 1, { { 0, 0 } } }, { 1, { { 40, 30 } } }, { 1, { { 90, 0 } } },
+		{ 2, { { 0, 0 }, { 30, 0 } } }, { 2, { { 40, 10 }, { 60, 80 } } }, { 2, { { 20, 0 }, { 20.01, 0 } } },
+		{ 3, { { 0, 0 }, { 30, 0 }, { 60, 0 } } }, { 3, { { 30, 0 }, { 50, 40 }, { 10, 70 } } },
+		{ 3, { { 80, 0 }, { 80, 120 }, { 80, 240 } } }, { 3, { { 60, 0 }, { 0, 0 }, { 60, 180 } } },
+		{ 4, { { 89.9, 0 }, { 89.9, 90 }, { 89.9, 180 }, { 89.9, 270 } } },
+		{ 5, { { 90, 0 }, { 90, 72 }, { 90, 144 }, { 90, 216 }, { 90, 288 } } },
+		{ 4, { { 30, 10 }, { 30.02, 10 }, { 30, 10.03 }, { 30.02, 10.05 } } },
+		{ 5, { { 10, 45 }, { 30, 45 }, { 50, 45 }, { 70, 45 }, { 0, 0 } } },
+		{ 6, { { 0, 0 }, { 40, 0 }, { 40.2, 0 }, { 40, 90 }, { 40, 180 }, { 40, 270 } } },
+		{ 8, { { 0, 0 }, { 0.002, 50 }, { 40, 0 }, { 40.001, 0 }, { 40, 90 }, { 40, 180 }, { 40, 270 }, { 90, 0 } } },
+	};
+	for (size_t s = 0; s < sizeof set / sizeof *set; s++)
+		for (int g = 0; g < 5; g++) {
+			scratch.count = 0;
+			for (int i = 0; i < set[s].n; i++)
+				add(&scratch, set[s].at[i][0], set[s].at[i][1]);
+			rbf_mesh m = build(group[g], &scratch, -1);
+			check_structure(&m, &scratch, -1);
+			for (int i = 0; i < 200; i++) {
+				float d[3];
+				double p[3];
+				random_direction(group[g], RBF_PI / 2, d);
+				check_locate(&m, d, p);
+			}
+			rbf_mesh_free(&m);
+		}
+	/* nothing left: a DATA error, and nothing to free */
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	rbf_mesh m;
+	scratch.count = 0;
+	add(&scratch, 10, 10);
+	assert_int_equal(rbf_mesh_build(context, RBF_ANISOTROPIC, 1, &scratch.d[0][0], 0, &m), BSDFRBF_ERR_DATA);
+	assert_int_equal(rbf_mesh_build(context, RBF_ISOTROPIC, 1, &scratch.d[0][0], 0, &m), BSDFRBF_ERR_DATA);
+	assert_int_equal(rbf_mesh_build(context, RBF_ISOTROPIC, 0, NULL, -1, &m), BSDFRBF_ERR_DATA);
+	assert_true(strlen(bsdfrbf_message(context)) > 0 && !m.vertex);
+	bsdfrbf_context_free(context);
+}
+
+/* Directions that nobody should ask for must not break anything. */
+static void test_odd_queries(void **state)
+{
+	(void)state;
+	plan *p = rings(1, 10, 80, 10, 0, 90, 15);
+	rbf_mesh m = build(RBF_QUADRILATERAL, p, -1);
+	static const float odd[][3] = { { -.5f, -.5f, .7071f }, { 0, 0, -1 }, { 0, 0, 0 }, { NAN, 0, 1 }, { 0, INFINITY, 1 },
+		{ -0.f, -0.f, 1 }, { 1, 0, -1e-6f }, { -1e-9f, .5f, .866f } };
+	for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+		uint32_t corner[3];
+		float w[3];
+		const uint32_t found = rbf_mesh_locate(&m, odd[i], corner, w);
+		assert_true((found & ~RBF_MESH_BORDER) < (found & RBF_MESH_BORDER ? m.borders : m.elements));
+		for (int k = 0; k < 3; k++)
+			assert_true(corner[k] < m.vertices && w[k] >= 0 && w[k] <= 1);
+	}
+	rbf_mesh_free(&m);
+}
+
+/* Jittered grids, clusters, near-collinear rims, mirrored near the axes. */
+static void test_stress(void **state)
+{
+	(void)state;
+	static const rbf_symmetry group[] = { RBF_ANISOTROPIC, RBF_BILATERAL_X, RBF_BILATERAL_Y, RBF_UP, RBF_QUADRILATERAL };
+	for (int trial = 0; trial < 300; trial++) {
+		random_state = 1000 + (uint64_t)trial;
+		scratch.count = 0;
+		const int kind = trial % 6, n = 3 + (int)(uniform() * 40);
+		const double jitter = pow(10, -7 + 7 * uniform());
+		if (kind < 3)
+			for (int t = 10; t <= 90; t += 20)
+				for (int p = 0; p < 360; p += 30)
+					add(&scratch, fmin(t + jitter * (uniform() - .5), 90), p + jitter * (uniform() - .5));
+		else
+			for (int i = 0; i < n; i++)
+				switch (kind) {
+				case 3: add(&scratch, 90 * sqrt(uniform()), 360 * uniform()); break;
+				case 4: add(&scratch, 40 + jitter * uniform(), 20 + jitter * uniform()); break; /* a cluster */
+				default: { /* near one tilted great circle, and a few off it */
+					const double a = 360 * uniform(), off = i % 5 ? jitter * DEGREE * uniform() : uniform();
+					double *d = scratch.d[scratch.count];
+					d[0] = cos(a);
+					d[1] = sin(a) * .6 - .8 * off;
+					d[2] = fabs(sin(a) * .8 + .6 * off);
+					rbf_unit3(d);
+					scratch.count++;
+				} }
+		rbf_mesh m = build(group[trial % 5], &scratch, -1);
+		check_structure(&m, &scratch, -1);
+		for (int i = 0; i < 150; i++) {
+			float d[3];
+			double p[3];
+			random_direction(m.symmetry, RBF_PI / 2, d);
+			check_locate(&m, d, p);
+		}
+		rbf_mesh_free(&m);
+	}
+}
+
+static void test_time(void **state)
+{
+	(void)state;
+	static const struct { const char *name; rbf_symmetry symmetry; int pole; double a[6]; } set[] = {
+		{ "57 quadrilateral", RBF_QUADRILATERAL, 1, { 10, 80, 10, 0, 90, 15 } },
+		{ "61 bilateral", RBF_BILATERAL_Y, 1, { 12, 72, 12, 0, 180, 20 } },
+		{ "76 anisotropic", RBF_ANISOTROPIC, 1, { 15, 75, 15, 0, 359, 24 } },
+		{ "5041 anisotropic", RBF_ANISOTROPIC, 1, { 1.25, 87.5, 1.25, 0, 359, 5 } },
+	};
+	for (int i = 0; i < 4; i++) {
+		const double *a = set[i].a;
+		plan *p = rings(set[i].pole, a[0], a[1], a[2], a[3], a[4], a[5]);
+		const int turns = p->count > 1000 ? 1 : 20;
+		double start = seconds();
+		rbf_mesh m;
+		for (int k = 0; k < turns; k++) {
+			m = build(set[i].symmetry, p, -1);
+			if (k + 1 < turns)
+				rbf_mesh_free(&m);
+		}
+		const double built = (seconds() - start) / turns;
+		enum { QUERIES = 20000 };
+		static float d[QUERIES][3];
+		for (int k = 0; k < QUERIES; k++)
+			random_direction(set[i].symmetry, RBF_PI / 2, d[k]);
+		uint32_t corner[3], sum = 0;
+		float w[3];
+		start = seconds();
+		for (int k = 0; k < QUERIES; k++)
+			sum += rbf_mesh_locate(&m, d[k], corner, w) + corner[0];
+		const double located = (seconds() - start) / QUERIES;
+		print_message("%s: build %.2f ms, locate %.0f ns, %u elements, %.1f entries a cell (%u)\n", set[i].name,
+			built * 1e3, located * 1e9, m.elements, m.cell_entries / 4096., sum & 1);
+		assert_true(built < (p->count > 1000 ? 2 : .1)); /* twentyfold slack: sanitizers, shared machines */
+		for (int k = 0; k < 200; k++) {
+			double q[3];
+			if (p->count > 1000)
+				check_locate(&m, d[k], q);
+		}
+		rbf_mesh_free(&m);
+	}
+}
+
+/* ----------------------------------------------------------------------- symmetry */
+
+static char warned[400];
+
+static void on_warning(void *user, const char *text)
+{
+	(void)user;
+	snprintf(warned, sizeof warned, "%s", text);
+}
+
+/* Expected: a symmetry and no text, or 0 and a piece of the message. */
+static void choose(const plan *p, char asked, int expected, const char *text)
+{
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	rbf_symmetry_choice choice = { RBF_ANISOTROPIC, "" };
+	warned[0] = 0;
+	bsdfrbf_set_warning(context, on_warning, NULL);
+	const bsdfrbf_status status = rbf_symmetry_choose(context, p->count, &p->d[0][0], asked, &choice);
+	if (expected) {
+		if (status != BSDFRBF_OK)
+			fail_msg("refused: %s", bsdfrbf_message(context));
+		if (choice.symmetry != (rbf_symmetry)expected)
+			fail_msg("%c instead of %c: %s", choice.symmetry, expected, choice.text);
+		if (text && !strstr(choice.text, text))
+			fail_msg("'%s' instead of '%s'", choice.text, text);
+	} else {
+		assert_int_equal(status, BSDFRBF_ERR_DATA);
+		if (!strstr(bsdfrbf_message(context), text))
+			fail_msg("message '%s' lacks '%s'", bsdfrbf_message(context), text);
+	}
+	bsdfrbf_context_free(context);
+}
+
+static void test_symmetry(void **state)
+{
+	(void)state;
+	choose(rings(0, 0, 80, 8, 0, 0, 1), 0, RBF_ISOTROPIC, "isotropic (azimuth 0 measured)");
+	choose(rings(0, 10, 80, 10, 137, 137, 1), 0, RBF_ISOTROPIC, "azimuth 137");
+	choose(rings(1, 10, 80, 10, 359.8, 360.3, .5), 0, RBF_ISOTROPIC, NULL);
+	choose(rings(1, 10, 80, 10, 0, 90, 15), 0, RBF_QUADRILATERAL, "azimuths 0 to 90");
+	choose(rings(1, 10, 80, 10, 270, 360, 15), 0, RBF_QUADRILATERAL, "azimuths 270 to 360");
+	choose(rings(1, 10, 80, 10, 97.5, 172.5, 15), 0, RBF_QUADRILATERAL, NULL);
+	choose(rings(1, 12, 72, 12, 0, 180, 20), 0, RBF_BILATERAL_Y, "mirror y (azimuths 0 to 180 measured)");
+	choose(rings(1, 12, 72, 12, 180, 360, 20), 0, RBF_BILATERAL_Y, NULL);
+	choose(rings(1, 12, 72, 12, 90, 270, 20), 0, RBF_BILATERAL_X, "mirror x");
+	choose(rings(1, 12, 72, 12, -90, 90, 20), 0, RBF_BILATERAL_X, "azimuths 270 to 450");
+	choose(rings(1, 15, 75, 15, 0, 359, 24), 0, RBF_ANISOTROPIC, "azimuths 0 to 360");
+	choose(rings(1, 12, 72, 12, 0, 180, 20), 'U', RBF_UP, "asked for");
+	choose(rings(1, 12, 72, 12, 45, 225, 20), 'U', RBF_UP, NULL);
+	choose(rings(1, 12, 72, 12, 0, 180, 20), 'B', RBF_BILATERAL_Y, NULL);
+	choose(rings(1, 15, 75, 15, 0, 359, 15), 'Q', RBF_QUADRILATERAL, NULL);
+	choose(rings(1, 15, 75, 15, 0, 359, 15), 'I', RBF_ISOTROPIC, NULL);
+	choose(rings(1, 15, 75, 15, 0, 359, 15), 'B', RBF_BILATERAL_Y, NULL);
+	/* holes */
+	choose(rings(1, 12, 72, 12, 45, 225, 20), 0, 0, "missing 225 to 405");
+	choose(rings(1, 12, 72, 12, 45, 225, 20), 0, 0, "-s U");
+	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "missing 270 to 360");
+	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "-s B");
+	choose(rings(1, 10, 80, 10, 0, 270, 15), 'B', RBF_BILATERAL_Y, NULL);
+	choose(rings(1, 12, 72, 12, 0, 180, 20), 'A', 0, "missing 180 to 360");
+	choose(rings(1, 10, 80, 10, 0, 90, 15), 'A', 0, "missing 90 to 360");
+	choose(rings(1, 10, 80, 10, 0, 90, 15), 'U', 0, "missing 90 to 180, 270 to 360");
+	choose(rings(1, 10, 80, 10, 0, 90, 15), 'B', 0, "missing 90 to 270");
+	choose(rings(1, 10, 80, 10, 0, 45, 15), 0, 0, "missing 45 to 135, 225 to 315");
+	choose(rings(1, 10, 80, 10, 0, 0, 15), 'A', 0, "-s I");
+	scratch.count = 0; /* quadrants 1 and 3 */
+	for (int p = 0; p <= 90; p += 15) {
+		add(&scratch, 30, p);
+		add(&scratch, 60, p + 180);
+	}
+	choose(&scratch, 0, 0, "missing 90 to 180, 270 to 360");
+	choose(&scratch, 0, 0, "-s Q");
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "missing"); /* one plane, both sides */
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "-s I");
+	choose(rings(1, 10, 80, 10, 0, 90, 90), 0, RBF_QUADRILATERAL, NULL); /* coarse, but it covers */
+	assert_true(strstr(warned, "between 0 and 90") != NULL);
+	/* normal incidence has no azimuth */
+	scratch.count = 0;
+	add(&scratch, .4, 200);
+	choose(&scratch, 0, RBF_ISOTROPIC, "normal incidence only");
+	for (int t = 10; t < 80; t += 10)
+		add(&scratch, t, 45);
+	choose(&scratch, 0, RBF_ISOTROPIC, "azimuth 45");
+	rbf_symmetry_choice choice;
+	assert_int_equal(rbf_symmetry_choose(NULL, scratch.count, &scratch.d[0][0], 'Z', &choice), BSDFRBF_ERR_ARGUMENT);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(test_symmetry),
+		cmocka_unit_test(test_hull),
+		cmocka_unit_test(test_plans),
+		cmocka_unit_test(test_isotropic),
+		cmocka_unit_test(test_folds),
+		cmocka_unit_test(test_degenerate),
+		cmocka_unit_test(test_odd_queries),
+		cmocka_unit_test(test_stress),
+		cmocka_unit_test(test_time),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
