@@ -16,6 +16,12 @@
 #define RBF_LANES 8       /* lobes in a block */
 #define RBF_MAX_FRAMES 4  /* frames of a component */
 
+/* Index of the luminance channel: Y of X, Y, Z, or the only one. */
+static inline uint32_t rbf_luminance(uint32_t channels)
+{
+	return channels == 3 ? 1 : 0;
+}
+
 /* Eight lobes. Unused lanes have k = 0, amplitude 0 and a unit centre. */
 typedef struct rbf_block {
 	float x[RBF_LANES], y[RBF_LANES], z[RBF_LANES]; /* centres, unit */

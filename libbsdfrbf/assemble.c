@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "assemble.h"
+#include "sample.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { DHR_SIZE = 91, DHR_SIZE_ISOTROPIC = 361 };
+static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
+
+/* Largest angle from a base to a neighbouring vertex. */
+static float margin_of(const rbf_fitted *m, uint32_t base)
+{
+	const float b[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
+	float margin = 0;
+	for (uint32_t n = m->neighbour_first[base]; n < m->neighbour_first[base + 1]; n++)
+		margin = fmaxf(margin, acosf(fminf(rbf_dot(b, m->mesh.vertex[m->neighbour[n]].direction), 1.f)));
+	return margin;
+}
+
+int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float *label, rbf_component *c)
+{
+	const uint32_t lobes = m->lobe_first[m->bases], y = rbf_luminance(m->channels);
+	c->channels = m->channels;
+	c->mesh = m->mesh;
+	c->frames = frames;
+	c->sets = m->bases * frames;
+	rbf_set *set = calloc((size_t)c->sets + 1, sizeof *set);
+	if (!set)
+		return -1;
+	c->blocks = 0;
+	for (uint32_t b = 0; b < m->bases; b++)
+		for (uint32_t f = 0; f < frames; f++) {
+			uint32_t count = 0;
+			for (uint32_t i = m->lobe_first[b]; i < m->lobe_first[b + 1]; i++)
+				count += label[(size_t)f * lobes + i] > 0;
+			set[b * frames + f].first = c->blocks;
+			set[b * frames + f].blocks = (count + RBF_LANES - 1) / RBF_LANES;
+			c->blocks += set[b * frames + f].blocks;
+		}
+	const size_t room = c->blocks + 1;
+	rbf_block *block = calloc(room, sizeof *block);
+	rbf_amplitude *amplitude = calloc(room * m->channels, sizeof *amplitude);
+	float *cumulative = calloc(room * RBF_LANES * 2, sizeof *cumulative), *reach = calloc(room * RBF_LANES * 2, sizeof *reach);
+	c->set = set;
+	c->block = block;
+	c->amplitude = amplitude;
+	c->cumulative = cumulative;
+	c->reach = reach;
+	if (!block || !amplitude || !cumulative || !reach) {
+		rbf_assemble_release(c);
+		return -1;
+	}
+	for (uint32_t f = 0; f < frames; f++)
+		c->frame[f] = frame[f];
+	const size_t lanes = (size_t)c->blocks * RBF_LANES;
+	for (uint32_t b = 0; b < m->bases; b++) {
+		const rbf_lobes *l = &m->lobes[b];
+		const float base[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
+		const float margin = margin_of(m, b);
+		for (uint32_t f = 0; f < frames; f++) {
+			rbf_set *s = &set[b * frames + f];
+			uint32_t at = 0;
+			for (uint32_t i = 0; i < l->count || at % RBF_LANES; i++) {
+				const uint32_t to = s->first + at / RBF_LANES, lane = at % RBF_LANES;
+				const size_t slot = (size_t)s->first * RBF_LANES + at;
+				if (i >= l->count) { /* unused lanes */
+					block[to].z[lane] = 1;
+					reach[slot] = 1;
+				} else {
+					const float part = label[(size_t)f * lobes + m->lobe_first[b] + i];
+					if (!(part > 0))
+						continue;
+					float centre[3];
+					const float kappa = rbf_lobe_kappa(l, i);
+					rbf_lobe_centre(l, i, centre);
+					block[to].x[lane] = centre[0];
+					block[to].y[lane] = centre[1];
+					block[to].z[lane] = centre[2];
+					block[to].k[lane] = kappa;
+					for (uint32_t n = 0; n < m->channels; n++)
+						amplitude[(size_t)n * c->blocks + to].a[lane] = part * rbf_lobe_amplitude(l, n, i);
+					rbf_lobe_reach(frame[f], base, centre, kappa, margin, &reach[slot], &reach[lanes + slot]);
+					const double mass = amplitude[(size_t)y * c->blocks + to].a[lane] * rbf_lobe_integral(kappa) * reach[slot];
+					s->mass[0] += mass;
+					s->mass[1] += mass * reach[lanes + slot];
+				}
+				cumulative[slot] = (float)s->mass[0];
+				cumulative[lanes + slot] = (float)s->mass[1];
+				at++;
+			}
+		}
+	}
+	return 0;
+}
+
+void rbf_assemble_release(rbf_component *c)
+{
+	free((void *)c->set);
+	free((void *)c->block);
+	free((void *)c->amplitude);
+	free((void *)c->cumulative);
+	free((void *)c->reach);
+	c->set = NULL;
+	c->block = NULL;
+	c->amplitude = NULL;
+	c->cumulative = c->reach = NULL;
+}
+
+uint32_t rbf_assemble_blocks(const rbf_component *c, uint32_t base)
+{
+	uint32_t blocks = 0;
+	for (uint32_t f = 0; f < c->frames; f++)
+		blocks += c->set[base * c->frames + f].blocks;
+	return blocks;
+}
+
+void rbf_assemble_shift(const rbf_fitted *m, const rbf_component *c, const float *label, uint32_t base,
+	const float (*motion)[3], rbf_shift *shift)
+{
+	const uint32_t lobes = m->lobe_first[m->bases];
+	memset(shift, 0, rbf_assemble_blocks(c, base) * sizeof *shift);
+	for (uint32_t f = 0; f < c->frames; f++) {
+		uint32_t at = (c->set[base * c->frames + f].first - c->set[base * c->frames].first) * RBF_LANES;
+		for (uint32_t i = 0; i < m->lobes[base].count; i++) {
+			if (!(label[(size_t)f * lobes + m->lobe_first[base] + i] > 0))
+				continue;
+			shift[at / RBF_LANES].x[at % RBF_LANES] = motion[i][0];
+			shift[at / RBF_LANES].y[at % RBF_LANES] = motion[i][1];
+			shift[at / RBF_LANES].z[at % RBF_LANES] = motion[i][2];
+			at++;
+		}
+	}
+}
+
+/* For every cell of the exitant hemisphere: groups of blocks whose largest possible sum in the cell is negligible beside the
+ * set's smallest value there are left out. The cell is taken as a disc around its centre. */
+static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy, float reach, float bound[64], uint64_t *mask)
+{
+	const uint32_t group = (set->blocks + 63) / 64, groups = set->blocks ? (set->blocks + group - 1) / group : 0;
+	const uint32_t y = rbf_luminance(c->channels);
+	float centre[3], corner[9][3], radius = 0;
+	for (int n = 0; n < 9; n++) {
+		const float square[2] = {(float)(ix + .5 * (n % 3)) * (2.f / RBF_CULL_GRID) - 1,
+			(float)(iy + .5 * (n / 3)) * (2.f / RBF_CULL_GRID) - 1};
+		rbf_direction_from_square(square, corner[n]);
+	}
+	memcpy(centre, corner[4], sizeof centre);
+	for (int n = 0; n < 9; n++) {
+		const float x = corner[n][0] - centre[0], yy = corner[n][1] - centre[1], z = corner[n][2] - centre[2];
+		radius = fmaxf(radius, sqrtf(x*x + yy*yy + z*z));
+	}
+	radius = radius * 1.02f + reach;
+	float smallest = INFINITY;
+	rbf_kernel_job job = {.blocks = set->blocks, .block = c->block + set->first, .amplitude = c->amplitude + set->first + (size_t)y * c->blocks,
+		.stride = c->blocks, .channels = 1, .mask = ~(uint64_t)0, .group = group};
+	for (int n = 0; n < 9; n++) {
+		float value[3];
+		memcpy(job.direction, corner[n], sizeof job.direction);
+		rbf_kernel_sum(&job, value);
+		smallest = fminf(smallest, value[0]);
+	}
+	for (uint32_t g = 0; g < groups; g++) {
+		bound[g] = 0;
+		for (uint32_t b = set->first + g * group; b < set->first + set->blocks && b < set->first + (g + 1) * group; b++)
+			for (int i = 0; i < RBF_LANES; i++) {
+				const rbf_block *k = &c->block[b];
+				float amplitude = 0;
+				for (uint32_t n = 0; n < c->channels; n++)
+					amplitude = fmaxf(amplitude, c->amplitude[(size_t)n * c->blocks + b].a[i]);
+				if (!(amplitude > 0))
+					continue;
+				const float dx = k->x[i] - centre[0], dy = k->y[i] - centre[1], dz = k->z[i] - centre[2];
+				const float d = fmaxf(sqrtf(dx*dx + dy*dy + dz*dz) - radius, 0.f), e = .5f * k->k[i] * d * d;
+				if (e < 40)
+					bound[g] += amplitude * expf(-e);
+			}
+	}
+	/* leave out the least first while their sum stays below the error */
+	*mask = groups >= 64 ? ~(uint64_t)0 : ((uint64_t)1 << groups) - 1;
+	float spent = 0;
+	for (uint32_t n = 0; n < groups; n++) {
+		uint32_t least = 0;
+		float value = INFINITY;
+		for (uint32_t g = 0; g < groups; g++)
+			if ((*mask >> g & 1) && bound[g] < value) {
+				value = bound[g];
+				least = g;
+			}
+		spent += value;
+		if (spent > CULL_ERROR * smallest)
+			break;
+		*mask &= ~((uint64_t)1 << least);
+	}
+}
+
+int rbf_assemble_cull(rbf_component *c, float reach)
+{
+	const size_t cells = RBF_CULL_GRID * RBF_CULL_GRID;
+	uint64_t *cull = malloc((c->sets * cells + 1) * sizeof *cull);
+	if (!cull)
+		return -1;
+	#pragma omp parallel for schedule(dynamic)
+	for (int64_t s = 0; s < (int64_t)c->sets; s++) {
+		float bound[64];
+		for (int cell = 0; cell < (int)cells; cell++)
+			cull_cell(c, &c->set[s], cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &cull[(size_t)s * cells + (size_t)cell]);
+	}
+	c->cull = cull;
+	return 0;
+}
+
+static void node_direction(size_t n, uint32_t size, float d[3])
+{
+	const float square[2] = {(float)(n % size) * 2 / (float)(size - 1) - 1, (float)(n / size) * 2 / (float)(size - 1) - 1};
+	rbf_direction_from_square(square, d);
+	for (int a = 0; a < 2; a++)
+		if (fabsf(d[a]) < 1e-6f)
+			d[a] = 0; /* exactly on a mirror axis */
+}
+
+int rbf_assemble_dhr(rbf_component *c)
+{
+	const int isotropic = c->mesh.symmetry == RBF_ISOTROPIC;
+	const uint32_t size = isotropic ? DHR_SIZE_ISOTROPIC : DHR_SIZE;
+	const size_t nodes = isotropic ? size : (size_t)size * size;
+	float *table = calloc(nodes * c->channels, sizeof *table);
+	if (!table)
+		return -1;
+	#pragma omp parallel for schedule(dynamic, 16)
+	for (int64_t n = 0; n < (int64_t)nodes; n++) {
+		float d[3];
+		if (isotropic) {
+			const float theta = (float)n * (float)(RBF_PI / 2) / (float)(size - 1);
+			d[0] = sinf(theta);
+			d[1] = 0;
+			d[2] = cosf(theta);
+		} else {
+			node_direction((size_t)n, size, d);
+			if (rbf_symmetry_fold(c->mesh.symmetry, d) != RBF_OP_NONE)
+				continue; /* never looked up, or a mirror image of a node that is: filled below */
+		}
+		d[2] = fmaxf(d[2], 1e-3f);
+		rbf_normalize(d);
+		rbf_site site;
+		double value[3];
+		rbf_site_locate(c, d, &site);
+		rbf_site_dhr(&site, value);
+		for (uint32_t channel = 0; channel < c->channels; channel++)
+			table[channel * nodes + (size_t)n] = (float)value[channel];
+	}
+	for (size_t n = 0; n < nodes && !isotropic; n++) {
+		float d[3];
+		node_direction(n, size, d);
+		const unsigned op = (unsigned)rbf_symmetry_fold(c->mesh.symmetry, d);
+		const size_t x = op & 1 ? size - 1 - n % size : n % size, y = op & 2 ? size - 1 - n / size : n / size;
+		for (uint32_t channel = 0; channel < c->channels && op; channel++)
+			table[channel * nodes + n] = table[channel * nodes + y * size + x];
+	}
+	c->dhr_size = size;
+	c->dhr = table;
+	return 0;
+}

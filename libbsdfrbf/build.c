@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* From measurements to a model: the stages in their order. */
+#include "advect.h"
+#include "assemble.h"
+#include "choose.h"
+#include "fit.h"
+#include "sample.h"
+
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double SAME_DEG = .25;      /* incidences closer than this are one */
+static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
+static const char *const component_name[4] = {"rf", "rb", "tf", "tb"};
+
+void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
+{
+	memset(options, 0, sizeof *options);
+	options->size = sizeof *options;
+}
+
+/* What one component's build holds until it is done. */
+typedef struct job {
+	rbf_measured measured;  /* chosen incidences; samples borrowed, unless turned */
+	int turned;             /* samples are our own copies */
+	double *direction;
+	rbf_symmetry_choice symmetry;
+	float *fit_error;
+	rbf_fitted fitted;
+	rbf_choice choice;
+} job;
+
+static void job_free(job *j)
+{
+	for (size_t b = 0; b < j->measured.count && j->turned; b++)
+		free(j->measured.incidence[b].outgoing);
+	for (uint32_t b = 0; b < j->fitted.bases && j->fitted.lobes; b++)
+		rbf_lobes_free(&j->fitted.lobes[b]);
+	free(j->measured.incidence);
+	free(j->direction);
+	free(j->fit_error);
+	free(j->fitted.lobes);
+	rbf_label_release(&j->fitted);
+	rbf_choice_free(&j->choice);
+}
+
+static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
+{
+	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+}
+
+static void angles(const double d[3], double *theta, double *phi)
+{
+	*theta = atan2(hypot(d[0], d[1]), d[2]) * 180 / RBF_PI;
+	*phi = *theta < 1e-3 ? 0 : fmod(atan2(d[1], d[0]) * 180 / RBF_PI + 360, 360);
+}
+
+/* Incidences worth fitting: not grazing, not the same twice. */
+static bsdfrbf_status select_incidences(bsdfrbf_context *context, const rbf_measured *all, const char *name, job *j)
+{
+	j->measured.incidence = calloc(all->count + 1, sizeof *j->measured.incidence);
+	j->direction = calloc(3 * all->count + 3, sizeof *j->direction);
+	if (!j->measured.incidence || !j->direction)
+		return out_of_memory(context);
+	for (size_t i = 0; i < all->count; i++) {
+		const rbf_incidence *in = &all->incidence[i];
+		double theta, phi;
+		angles(in->direction, &theta, &phi);
+		if (theta > GRAZING_DEG) {
+			rbf_warn(context, "%s: incidence theta %.2f phi %.2f is too close to the surface and is left out", name, theta, phi);
+			continue;
+		}
+		size_t twin = j->measured.count;
+		for (size_t b = 0; b < j->measured.count && twin == j->measured.count; b++) {
+			const double *d = j->measured.incidence[b].direction;
+			const double x = d[0] - in->direction[0], y = d[1] - in->direction[1], z = d[2] - in->direction[2];
+			if (sqrt(x*x + y*y + z*z) < SAME_DEG * RBF_PI / 180)
+				twin = b;
+		}
+		if (twin < j->measured.count) {
+			double theta2, phi2;
+			rbf_incidence *other = &j->measured.incidence[twin];
+			angles(other->direction, &theta2, &phi2);
+			rbf_warn(context, "%s: incidences theta %.2f phi %.2f and theta %.2f phi %.2f are nearly the same; the one with %zu samples is used",
+				name, theta2, phi2, theta, phi, in->count > other->count ? in->count : other->count);
+			if (in->count > other->count)
+				*other = *in;
+			continue;
+		}
+		j->measured.incidence[j->measured.count++] = *in;
+	}
+	if (!j->measured.count)
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no usable incidence (all lie in the surface's plane); check the incident angles", name);
+	for (size_t b = 0; b < j->measured.count; b++)
+		memcpy(j->direction + 3*b, j->measured.incidence[b].direction, 3 * sizeof *j->direction);
+	return BSDFRBF_OK;
+}
+
+/* An isotropic material is turned so that all incidences lie at azimuth 0. */
+static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
+{
+	j->turned = 1;
+	for (size_t b = 0; b < j->measured.count; b++) {
+		rbf_incidence *in = &j->measured.incidence[b];
+		const double s = hypot(in->direction[0], in->direction[1]);
+		const double c = s > 0 ? in->direction[0] / s : 1, q = s > 0 ? in->direction[1] / s : 0;
+		double *outgoing = malloc((in->count + 1) * 3 * sizeof *outgoing);
+		if (!outgoing) {
+			for (size_t rest = b; rest < j->measured.count; rest++)
+				j->measured.incidence[rest].outgoing = NULL;
+			return out_of_memory(context);
+		}
+		for (size_t i = 0; i < in->count; i++) {
+			outgoing[3*i] = c * in->outgoing[3*i] + q * in->outgoing[3*i + 1];
+			outgoing[3*i + 1] = c * in->outgoing[3*i + 1] - q * in->outgoing[3*i];
+			outgoing[3*i + 2] = in->outgoing[3*i + 2];
+		}
+		in->outgoing = outgoing;
+		in->direction[0] = j->direction[3*b] = s;
+		in->direction[1] = j->direction[3*b + 1] = 0;
+	}
+	return BSDFRBF_OK;
+}
+
+static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, job *j, rbf_component *c)
+{
+	const int64_t bases = (int64_t)j->measured.count;
+	rbf_fitted *m = &j->fitted;
+	rbf_fit_lambertian(&j->measured, channels, c->lambertian);
+	m->bases = (uint32_t)bases;
+	m->channels = (uint32_t)channels;
+	m->direction = j->direction;
+	m->symmetry = j->symmetry.symmetry;
+	m->lobes = calloc((size_t)bases + 1, sizeof *m->lobes);
+	j->fit_error = malloc(((size_t)bases + 1) * sizeof *j->fit_error);
+	if (!m->lobes || !j->fit_error)
+		return out_of_memory(context);
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < bases; b++)
+		failed |= rbf_fit(&j->measured.incidence[b], channels, c->lambertian, lobes, 0, &m->lobes[b], &j->fit_error[b]) != 0;
+	if (failed)
+		return out_of_memory(context);
+	double energy = 0;
+	for (int64_t b = 0; b < bases; b++)
+		for (uint32_t i = 0; i < m->lobes[b].count; i++)
+			energy += m->lobes[b].mass[i];
+	if (!(energy + (double)c->lambertian[rbf_luminance((uint32_t)channels)] > 0))
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no sample is above zero; nothing to interpolate", name);
+	return BSDFRBF_OK;
+}
+
+/* A directed edge between a base and a vertex, mirrored so that the base is the measured one. */
+typedef struct edge {
+	uint32_t from, to, op;
+	uint32_t at;           /* first entry in the shift array */
+	rbf_vertex vertex;
+	uint32_t slot;         /* where it is used: index into shift_of */
+} edge;
+
+static int by_key(const void *a, const void *b)
+{
+	const edge *x = a, *y = b;
+	if (x->from != y->from) return x->from < y->from ? -1 : 1;
+	if (x->to != y->to) return x->to < y->to ? -1 : 1;
+	if (x->op != y->op) return x->op < y->op ? -1 : 1;
+	return x->slot < y->slot ? -1 : x->slot > y->slot;
+}
+
+/* Residual motion along every edge that an element uses. */
+static bsdfrbf_status move_edges(bsdfrbf_context *context, const job *j, rbf_component *c)
+{
+	const rbf_fitted *m = &j->fitted;
+	const rbf_choice *choice = &j->choice;
+	const size_t slots = (size_t)c->mesh.elements * 6;
+	uint32_t *shift_of = malloc((slots + 1) * sizeof *shift_of);
+	edge *list = malloc((slots + 1) * sizeof *list);
+	c->shift_of = shift_of;
+	if (!shift_of || !list) {
+		free(list);
+		return out_of_memory(context);
+	}
+	size_t count = 0;
+	for (uint32_t e = 0; e < c->mesh.elements; e++)
+		for (uint32_t own = 0; own < 3; own++)
+			for (uint32_t n = 0; n < 2; n++) {
+				const uint32_t *v = c->mesh.element[e].v, slot = e * 6 + own * 2 + n;
+				const rbf_vertex *a = &c->mesh.vertex[v[own]], *b = &c->mesh.vertex[v[(own + 1 + n) % 3]];
+				shift_of[slot] = RBF_NO_SHIFT;
+				/* a segment repeats its second corner: only the first of its two slots counts */
+				if (v[1] == v[2] && (own == 2 || (own == 0 && n == 1) || (own == 1 && n == 0)))
+					continue;
+				edge *x = &list[count++];
+				*x = (edge){.from = a->base, .to = b->base, .op = a->op ^ b->op, .slot = slot};
+				x->vertex = (rbf_vertex){.base = b->base, .op = a->op ^ b->op};
+				rbf_mirror(a->op, b->direction, x->vertex.direction);
+			}
+	qsort(list, count, sizeof *list, by_key);
+	uint64_t total = 0;
+	for (size_t i = 0; i < count; i++) {
+		const int same = i && list[i].from == list[i - 1].from && list[i].to == list[i - 1].to && list[i].op == list[i - 1].op;
+		list[i].at = same ? list[i - 1].at : (uint32_t)total;
+		if (!same) {
+			total += rbf_assemble_blocks(c, list[i].from);
+			c->edges++;
+		}
+		shift_of[list[i].slot] = list[i].at;
+	}
+	if (total >= RBF_NO_SHIFT) {
+		free(list);
+		return rbf_fail(context, BSDFRBF_ERR_UNSUPPORTED, "residual transport needs too many entries; use fewer lobes (-l)");
+	}
+	c->shifts = (uint32_t)total;
+	rbf_shift *shift = calloc(total + 1, sizeof *shift);
+	c->shift = shift;
+	int failed = !shift;
+	double mean = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed) if (!failed)
+	for (int64_t i = 0; i < (int64_t)count; i++) {
+		if (failed || (i && list[i].at == list[i - 1].at && list[i].from == list[i - 1].from))
+			continue;
+		float (*motion)[3] = malloc((m->lobes[list[i].from].count + 1) * sizeof *motion), length = 0;
+		if (!motion || rbf_advect(m, choice->frames, choice->frame, choice->label, list[i].from, &list[i].vertex, choice->cap, motion, &length))
+			failed = 1;
+		else
+			rbf_assemble_shift(m, c, choice->label, list[i].from, (const float (*)[3])motion, shift + list[i].at);
+		list[i].vertex.direction[0] = length;
+		free(motion);
+	}
+	for (size_t i = 0; i < count && c->edges; i++)
+		if (!i || list[i].at != list[i - 1].at || list[i].from != list[i - 1].from)
+			mean += (double)list[i].vertex.direction[0] / c->edges;
+	c->facts.residual_deg = (float)(mean * 180 / RBF_PI);
+	free(list);
+	return failed ? out_of_memory(context) : BSDFRBF_OK;
+}
+
+static float longest(const rbf_component *c)
+{
+	float top = 0;
+	for (uint32_t i = 0; i < c->shifts; i++)
+		for (int n = 0; n < RBF_LANES; n++) {
+			const rbf_shift *s = &c->shift[i];
+			top = fmaxf(top, s->x[n]*s->x[n] + s->y[n]*s->y[n] + s->z[n]*s->z[n]);
+		}
+	return sqrtf(top);
+}
+
+static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_component *c)
+{
+	const rbf_fitted *m = &j->fitted;
+	rbf_base_info *info = calloc((size_t)m->bases + 1, sizeof *info);
+	c->base_info = info;
+	if (!info)
+		return out_of_memory(context);
+	const uint32_t y = rbf_luminance(m->channels);
+	double fit = 0;
+	uint32_t fits = 0;
+	for (uint32_t b = 0; b < m->bases; b++) {
+		float value[3];
+		for (int n = 0; n < 3; n++)
+			info[b].direction[n] = (float)m->direction[3*b + (uint32_t)n];
+		info[b].lobes = m->lobes[b].count;
+		rbf_component_dhr(c, info[b].direction, value);
+		info[b].dhr = value[y] + c->lambertian[y];
+		info[b].fit_error = j->fit_error[b];
+		info[b].loo_error = j->choice.base_error[b];
+		if (j->fit_error[b] >= 0) {
+			fit += (double)j->fit_error[b];
+			fits++;
+		}
+	}
+	c->facts.fit_error = fits ? (float)(fit / fits) : -1;
+	c->facts.loo_error = j->choice.error;
+	c->facts.asymmetry = -1;
+	memcpy(c->facts.frame_share, j->choice.share, sizeof c->facts.frame_share);
+	memcpy(c->facts.symmetry_text, j->symmetry.text, sizeof c->facts.symmetry_text);
+	return BSDFRBF_OK;
+}
+
+static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measured *all, const char *name, int channels,
+	const bsdfrbf_build_options *o, double from, double to, job *j, rbf_component *c)
+{
+	const double span = to - from;
+	RBF_TRY(select_incidences(context, all, name, j));
+	RBF_TRY(rbf_symmetry_choose(context, j->measured.count, j->direction, o->symmetry, &j->symmetry));
+	if (j->symmetry.symmetry == RBF_ISOTROPIC)
+		RBF_TRY(turn_isotropic(context, j));
+	if (rbf_progress(context, "lobes", from))
+		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	RBF_TRY(fit_all(context, name, channels, o->lobes > 0 ? (uint32_t)o->lobes : RBF_FIT_LOBES, j, c));
+	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, -1, &j->fitted.mesh));
+	c->mesh = j->fitted.mesh; /* from here on the component's */
+	c->present = 1;
+	if (rbf_label_prepare(&j->fitted))
+		return out_of_memory(context);
+	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], from + .4 * span, from + .8 * span, &j->choice));
+	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, c))
+		return out_of_memory(context);
+	if (j->choice.cap > 0) {
+		RBF_TRY(move_edges(context, j, c));
+		c->residual = 1;
+	}
+	if (rbf_progress(context, "tables", from + .85 * span))
+		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	if (rbf_assemble_cull(c, longest(c)) || rbf_assemble_dhr(c))
+		return out_of_memory(context);
+	return set_facts(context, j, c);
+}
+
+static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, const bsdfrbf_build_options *o, bsdfrbf_model *model)
+{
+	int components = 0, done = 0;
+	for (int i = 0; i < 4; i++)
+		components += data->component[i].count > 0;
+	model->channels = (uint32_t)data->channels;
+	for (int i = 0; i < 4; i++) {
+		if (!data->component[i].count)
+			continue;
+		job j = {0};
+		const bsdfrbf_status status = build_component(context, &data->component[i], component_name[i], data->channels, o,
+			(double)done / components, (double)(done + 1) / components, &j, &model->component[i]);
+		job_free(&j);
+		RBF_TRY(status);
+		done++;
+	}
+	if (data->name)
+		RBF_TRY(bsdfrbf_set_text(context, model, "name", data->name));
+	rbf_progress(context, "done", 1);
+	return BSDFRBF_OK;
+}
+
+bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf_data *data, const bsdfrbf_build_options *options,
+	bsdfrbf_model **model)
+{
+	bsdfrbf_build_options o;
+	if (!model)
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "bsdfrbf_build: model is NULL");
+	*model = NULL;
+	bsdfrbf_build_defaults(&o);
+	if (options) {
+		if (options->size < sizeof o.size || options->size > 4096)
+			return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "bsdfrbf_build: options were not set by bsdfrbf_build_defaults()");
+		memcpy(&o, options, options->size < sizeof o ? options->size : sizeof o);
+	}
+	if (o.threads < 0 || o.lobes < 0 || o.lobes > 20000)
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "bsdfrbf_build: threads or lobes out of range");
+	if (!data || !data->channels)
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "no measurements to build from");
+	bsdfrbf_model *made = rbf_model_new();
+	if (!made)
+		return out_of_memory(context);
+	const int threads = omp_get_max_threads(); /* a setting of the calling thread, put back below */
+	if (o.threads)
+		omp_set_num_threads(o.threads);
+	const bsdfrbf_status status = build(context, data, &o, made);
+	omp_set_num_threads(threads);
+	if (status == BSDFRBF_OK)
+		*model = made;
+	else
+		bsdfrbf_close(made);
+	return status;
+}

@@ -1,0 +1,324 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "choose.h"
+#include "advect.h"
+#include "assemble.h"
+#include "sample.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { TRIALS_MAX = 64, POINTS = 512, FRAMES_MAX = 3 };
+static const float GAIN = .97f; /* another frame must lower the error to this share */
+
+/* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
+typedef struct trial {
+	uint32_t base, points;
+	float incident[3];
+	rbf_vertex vertex[3];
+	float weight[3];
+	float (*point)[3];  /* exitant, of importance density */
+	float *truth, *measure; /* DSF and solid angle stood for, per point */
+	double energy;
+} trial;
+
+typedef struct bench {
+	const rbf_fitted *fitted;
+	uint32_t trials;
+	trial *trial;
+} bench;
+
+static void bench_free(bench *b)
+{
+	for (uint32_t t = 0; t < b->trials && b->trial; t++) {
+		free(b->trial[t].point);
+		free(b->trial[t].truth);
+		free(b->trial[t].measure);
+	}
+	free(b->trial);
+}
+
+/* Test directions: half drawn from the fit itself, half by cosine; weights by the balance heuristic (Veach 1997). */
+static int trial_points(const rbf_lobes *l, float lambertian, trial *t)
+{
+	const uint32_t y = rbf_luminance(l->channels);
+	double total = 0, *running = malloc((l->count + 1) * sizeof *running);
+	t->point = malloc(2 * POINTS * sizeof *t->point);
+	t->truth = malloc(2 * POINTS * sizeof *t->truth);
+	t->measure = malloc(2 * POINTS * sizeof *t->measure);
+	if (!running || !t->point || !t->truth || !t->measure) {
+		free(running);
+		return -1;
+	}
+	for (uint32_t i = 0; i < l->count; i++)
+		running[i] = total += l->mass[i];
+	for (int q = 0; q < 2 * POINTS; q++) {
+		const double u = (q % POINTS + .5) / POINTS, v = fmod(q * .6180339887, 1);
+		float p[3];
+		if (q < POINTS) {
+			if (!(total > 0))
+				continue;
+			uint32_t i = 0;
+			while (i + 1 < l->count && running[i] <= u * total)
+				i++;
+			float centre[3];
+			rbf_lobe_centre(l, i, centre);
+			rbf_lobe_draw(centre, rbf_lobe_kappa(l, i), fmod(q * .7548776662 + .5, 1), v, p);
+		} else {
+			const double r = sqrt(u), phi = 2 * RBF_PI * v;
+			p[0] = (float)(r * cos(phi));
+			p[1] = (float)(r * sin(phi));
+			p[2] = (float)sqrt(1 - u);
+		}
+		if (!(p[2] > 1e-3f))
+			continue;
+		float value[3];
+		rbf_lobes_sum(l, p, value);
+		const double density = POINTS * (p[2] / RBF_PI + (total > 0 ? value[y] / total : 0));
+		memcpy(t->point[t->points], p, sizeof p);
+		t->truth[t->points] = value[y];
+		t->measure[t->points] = (float)(1 / density);
+		t->energy += value[y] / density;
+		t->points++;
+	}
+	t->energy += lambertian;
+	free(running);
+	return 0;
+}
+
+static bsdfrbf_status bench_make(bsdfrbf_context *context, const rbf_fitted *m, float lambertian, bench *b)
+{
+	b->fitted = m;
+	b->trials = 0;
+	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
+	if (!b->trial)
+		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	if (m->bases < 3)
+		return BSDFRBF_OK;
+	const uint32_t step = (m->bases + TRIALS_MAX - 1) / TRIALS_MAX;
+	/* those inside the mesh of the others; if there are none, those outside it as well */
+	for (int outside = 0; outside < 2 && !b->trials; outside++)
+		for (uint32_t base = step / 2; base < m->bases; base += step) {
+			rbf_mesh mesh;
+			rbf_component shell = {0};
+			rbf_site site;
+			RBF_TRY(rbf_mesh_build(context, m->symmetry, m->bases, m->direction, base, &mesh));
+			trial *t = &b->trial[b->trials];
+			memset(t, 0, sizeof *t);
+			for (int n = 0; n < 3; n++)
+				t->incident[n] = (float)m->direction[3*base + (uint32_t)n];
+			shell.mesh = mesh;
+			rbf_site_corners(&shell, t->incident, 0, NULL, NULL, &site); /* folds */
+			uint32_t corner[3];
+			const uint32_t element = rbf_mesh_locate(&mesh, site.incident, corner, t->weight);
+			for (int n = 0; n < 3; n++)
+				t->vertex[n] = mesh.vertex[corner[n]];
+			rbf_mesh_free(&mesh);
+			if (((element & RBF_MESH_BORDER) != 0) != outside)
+				continue;
+			t->base = base;
+			b->trials++; /* counted first: what it allocates is then freed in any case */
+			if (trial_points(&m->lobes[base], lambertian, t))
+				return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+			if (!(t->energy > 0)) {
+				b->trials--;
+				free(t->point);
+				free(t->truth);
+				free(t->measure);
+			}
+		}
+	return BSDFRBF_OK;
+}
+
+/* Residual motion between the corners of a trial. */
+static int trial_motion(const rbf_fitted *m, const rbf_choice *choice, const rbf_component *c, const trial *t, rbf_site *site,
+	rbf_shift *store[3][2])
+{
+	uint32_t used[3], count = 0;
+	for (uint32_t n = 0; n < 3; n++)
+		if (t->weight[n] > 1e-6f)
+			used[count++] = n;
+	for (uint32_t k = 0; k < count; k++) {
+		const rbf_vertex *own = &t->vertex[used[k]];
+		uint32_t slot = 0;
+		for (uint32_t l = 0; l < count; l++) {
+			if (l == k)
+				continue;
+			const rbf_vertex *other = &t->vertex[used[l]];
+			rbf_vertex to = {.base = other->base, .op = other->op ^ own->op};
+			float (*motion)[3] = malloc((m->lobes[own->base].count + 1) * sizeof *motion), mean;
+			rbf_mirror(own->op, other->direction, to.direction);
+			store[k][slot] = malloc((rbf_assemble_blocks(c, own->base) + 1) * sizeof **store[k]);
+			const int failed = !motion || !store[k][slot]
+				|| rbf_advect(m, choice->frames, choice->frame, choice->label, own->base, &to, choice->cap, motion, &mean);
+			if (!failed) {
+				rbf_assemble_shift(m, c, choice->label, own->base, (const float (*)[3])motion, store[k][slot]);
+				site->shift[k][slot] = store[k][slot];
+				site->shift_weight[k][slot] = t->weight[used[l]];
+			}
+			free(motion);
+			if (failed)
+				return -1;
+			slot++;
+		}
+	}
+	return 0;
+}
+
+static int trial_error(const rbf_fitted *m, const rbf_choice *choice, const rbf_component *c, const trial *t, float *error)
+{
+	rbf_site site;
+	rbf_shift *store[3][2] = {{NULL}};
+	const uint32_t y = rbf_luminance(m->channels);
+	rbf_site_corners(c, t->incident, 3, t->vertex, t->weight, &site);
+	const int failed = choice->cap > 0 && trial_motion(m, choice, c, t, &site, store);
+	double sum = 0;
+	for (uint32_t p = 0; p < t->points && !failed; p++) {
+		float folded[3], value[3];
+		rbf_site_fold(&site, t->point[p], folded);
+		rbf_site_dsf(&site, folded, value);
+		sum += fabs((double)value[y] - (double)t->truth[p]) * (double)t->measure[p];
+	}
+	*error = (float)(sum / t->energy);
+	for (int k = 0; k < 3; k++)
+		for (int n = 0; n < 2; n++)
+			free(store[k][n]);
+	return failed ? -1 : 0;
+}
+
+/* Labels a candidate, and measures its error. */
+static int measure(const bench *b, rbf_choice *choice)
+{
+	const rbf_fitted *m = b->fitted;
+	rbf_component c = {0};
+	choice->label = malloc(((size_t)choice->frames * m->lobe_first[m->bases] + 1) * sizeof *choice->label);
+	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
+	if (!choice->label || !choice->base_error || rbf_label(m, choice->frames, choice->frame, choice->label, choice->share)
+	    || rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
+		return -1;
+	for (uint32_t i = 0; i < m->bases; i++)
+		choice->base_error[i] = -1;
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t t = 0; t < (int64_t)b->trials; t++)
+		failed |= trial_error(m, choice, &c, &b->trial[t], &choice->base_error[b->trial[t].base]) != 0;
+	double sum = 0;
+	for (uint32_t t = 0; t < b->trials; t++)
+		sum += (double)choice->base_error[b->trial[t].base];
+	choice->error = b->trials ? (float)(sum / b->trials) : -1;
+	rbf_assemble_release(&c);
+	return failed ? -1 : 0;
+}
+
+void rbf_choice_free(rbf_choice *c)
+{
+	free(c->label);
+	free(c->base_error);
+	memset(c, 0, sizeof *c);
+}
+
+/* Measures `next`; the better of the two stays in `best`. */
+static int contest(const bench *b, rbf_choice *best, rbf_choice next, float factor)
+{
+	if (measure(b, &next)) {
+		rbf_choice_free(&next);
+		return -1;
+	}
+	if (!best->frames || next.error < factor * best->error) {
+		rbf_choice_free(best);
+		*best = next;
+	} else
+		rbf_choice_free(&next);
+	return 0;
+}
+
+/* Without an incidence to leave out: the map that predicts the neighbours best. */
+static unsigned best_prediction(const rbf_fitted *m)
+{
+	unsigned best = RBF_MAP_MIRROR;
+	double top = -INFINITY;
+	for (unsigned map = 0; map < RBF_MAPS; map++) {
+		double sum = 0;
+		for (uint32_t b = 0; b < m->bases; b++)
+			for (uint32_t i = 0; i < m->lobes[b].count; i++)
+				sum += m->lobes[b].mass[i] * (double)m->prediction[map][m->lobe_first[b] + i];
+		if (sum > top + 1e-9 * fabs(top)) {
+			top = sum;
+			best = map;
+		}
+	}
+	return m->bases < 2 ? RBF_MAP_MIRROR : best;
+}
+
+static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double from, double to, rbf_choice *choice)
+{
+	const double step = (to - from) / (RBF_MAPS + 3);
+	rbf_choice best = {0};
+	int failed = 0;
+	if (!b->trials) {
+		best.frames = 1;
+		best.frame[0] = best_prediction(b->fitted);
+		failed = measure(b, &best);
+		*choice = best;
+		return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
+	}
+	for (unsigned map = 0; map < RBF_MAPS && !failed; map++) {
+		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}}, 1);
+		*choice = best;
+		if (rbf_progress(context, "frames", from + step * map))
+			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	}
+	while (!failed && best.frames < FRAMES_MAX) {
+		rbf_choice round = {0};
+		for (unsigned map = 0; map < RBF_MAPS && !failed; map++) {
+			rbf_choice next = {.frames = best.frames + 1};
+			int there = 0;
+			for (uint32_t f = 0; f < best.frames; f++) {
+				next.frame[f] = best.frame[f];
+				there |= best.frame[f] == map;
+			}
+			next.frame[best.frames] = map;
+			if (!there)
+				failed = contest(b, &round, next, 1);
+		}
+		const int better = !failed && round.frames && round.error < GAIN * best.error;
+		if (better) {
+			rbf_choice_free(&best);
+			best = round;
+		} else
+			rbf_choice_free(&round);
+		*choice = best;
+		if (rbf_progress(context, "frames", from + step * (RBF_MAPS + best.frames - 1)))
+			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+		if (!better)
+			break;
+	}
+	const float caps[3] = {.6f, 1.f, 2.f};
+	const rbf_choice frames = best; /* its label and error arrays are not used below */
+	for (int n = 0; n < 3 && !failed; n++) {
+		rbf_choice next = {.frames = 1, .frame = {RBF_MAP_FIXED}, .cap = caps[n]};
+		if (n < 2) {
+			next.frames = frames.frames;
+			memcpy(next.frame, frames.frame, sizeof next.frame);
+		}
+		failed = contest(b, &best, next, 1);
+		*choice = best;
+		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS + n)))
+			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	}
+	*choice = best;
+	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_choose(bsdfrbf_context *context, const rbf_fitted *fitted, float lambertian, double progress_from,
+	double progress_to, rbf_choice *choice)
+{
+	bench b = {0};
+	memset(choice, 0, sizeof *choice);
+	bsdfrbf_status status = bench_make(context, fitted, lambertian, &b);
+	if (status == BSDFRBF_OK)
+		status = choose(context, &b, progress_from, progress_to, choice);
+	bench_free(&b);
+	if (status != BSDFRBF_OK)
+		rbf_choice_free(choice);
+	return status;
+}

@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "evaluate.h"
+
+#include <string.h>
+
+static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float weight[], uint32_t count)
+{
+	const rbf_component *c = site->component;
+	site->corners = 0;
+	for (uint32_t n = 0; n < count; n++) {
+		if (!(weight[n] > 1e-6f))
+			continue;
+		const uint32_t k = site->corners++;
+		site->base[k] = vertex[n].base;
+		site->vertex_op[k] = vertex[n].op;
+		site->weight[k] = weight[n];
+		site->shift[k][0] = site->shift[k][1] = NULL;
+		for (uint32_t f = 0; f < c->frames; f++)
+			rbf_warp_set(&site->warp[k][f], c->frame[f], site->incident, vertex[n].direction);
+	}
+}
+
+static void set_incident(const rbf_component *c, const float incident[3], rbf_site *site)
+{
+	site->component = c;
+	site->op = RBF_OP_NONE;
+	site->cosine = 1;
+	site->sine = 0;
+	if (c->mesh.symmetry == RBF_ISOTROPIC) {
+		const float s = hypotf(incident[0], incident[1]);
+		if (s > 0) {
+			site->cosine = incident[0] / s;
+			site->sine = incident[1] / s;
+		}
+		site->incident[0] = s;
+		site->incident[1] = 0;
+		site->incident[2] = incident[2];
+	} else {
+		site->op = (unsigned)rbf_symmetry_fold(c->mesh.symmetry, incident);
+		rbf_mirror(site->op, incident, site->incident);
+	}
+}
+
+void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
+	const rbf_vertex vertex[], const float weight[], rbf_site *site)
+{
+	set_incident(component, incident, site);
+	set_corners(site, vertex, weight, corners);
+}
+
+void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site)
+{
+	set_incident(component, incident, site);
+	uint32_t corner[3];
+	float weight[3];
+	rbf_vertex vertex[3];
+	const uint32_t element = rbf_mesh_locate(&component->mesh, site->incident, corner, weight);
+	for (int n = 0; n < 3; n++)
+		vertex[n] = component->mesh.vertex[corner[n]];
+	set_corners(site, vertex, weight, 3);
+	if (!component->residual)
+		return;
+	const uint32_t e = element & RBF_MESH_BORDER ? component->mesh.border[element & ~RBF_MESH_BORDER][2] : element;
+	if (e >= component->mesh.elements)
+		return;
+	/* the element's corners, where a border or a weight of 0 may have left some out */
+	const uint32_t *v = component->mesh.element[e].v;
+	uint32_t k = 0;
+	for (int n = 0; n < 3; n++) {
+		if (!(weight[n] > 1e-6f))
+			continue;
+		int own = 0;
+		while (own < 2 && v[own] != corner[n])
+			own++;
+		for (int m = 0; m < 2; m++) {
+			const int other = (own + 1 + m) % 3;
+			const uint32_t at = component->shift_of[e * 6 + (uint32_t)own * 2 + (uint32_t)m];
+			float w = 0;
+			for (int l = 0; l < 3; l++)
+				if (l != n && corner[l] == v[other] && corner[l] != corner[n])
+					w += weight[l];
+			if (at != RBF_NO_SHIFT && w > 1e-6f) {
+				site->shift[k][m] = component->shift + at;
+				site->shift_weight[k][m] = w;
+			}
+		}
+		k++;
+	}
+}
+
+void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3])
+{
+	if (site->component->mesh.symmetry == RBF_ISOTROPIC) {
+		folded[0] = site->cosine*exitant[0] + site->sine*exitant[1];
+		folded[1] = site->cosine*exitant[1] - site->sine*exitant[0];
+		folded[2] = exitant[2];
+	} else
+		rbf_mirror(site->op, exitant, folded);
+}
+
+void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[3])
+{
+	if (site->component->mesh.symmetry == RBF_ISOTROPIC) {
+		exitant[0] = site->cosine*folded[0] - site->sine*folded[1];
+		exitant[1] = site->cosine*folded[1] + site->sine*folded[0];
+		exitant[2] = folded[2];
+	} else
+		rbf_mirror(site->op, folded, exitant);
+}
+
+void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
+{
+	float total = 0;
+	for (uint32_t k = 0; k < site->corners; k++) {
+		const rbf_warp *warp = &site->warp[k][frame];
+		factor[k] = rbf_warp_forward(warp, exitant, mapped[k]);
+		share[k] = rbf_warp_validity(warp, mapped[k][2]);
+		total += site->weight[k] * share[k];
+	}
+	for (uint32_t k = 0; k < site->corners; k++)
+		share[k] = fminf(share[k] / total, RBF_VALID_GAIN);
+}
+
+void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const float mapped[3], float value[3])
+{
+	const rbf_component *c = site->component;
+	const uint32_t s = site->base[corner] * c->frames + frame;
+	const rbf_set *set = &c->set[s];
+	value[0] = value[1] = value[2] = 0;
+	if (!set->blocks)
+		return;
+	rbf_kernel_job job;
+	job.blocks = set->blocks;
+	job.block = c->block + set->first;
+	job.amplitude = c->amplitude + set->first;
+	job.stride = c->blocks;
+	job.channels = c->channels;
+	job.group = (set->blocks + 63) / 64;
+	job.mask = ~(uint64_t)0;
+	rbf_mirror(site->vertex_op[corner], mapped, job.direction);
+	const uint32_t start = set->first - c->set[site->base[corner] * c->frames].first;
+	for (int n = 0; n < 2; n++) {
+		job.shift[n] = site->shift[corner][n] ? site->shift[corner][n] + start : NULL;
+		job.shift_weight[n] = site->shift_weight[corner][n];
+	}
+	if (c->cull && job.direction[2] > 0) {
+		float square[2];
+		rbf_square_from_direction(job.direction, square);
+		int cell[2];
+		for (int n = 0; n < 2; n++) {
+			cell[n] = (int)((square[n] + 1) * (RBF_CULL_GRID * .5f));
+			cell[n] = cell[n] < 0 ? 0 : cell[n] >= RBF_CULL_GRID ? RBF_CULL_GRID - 1 : cell[n];
+		}
+		job.mask = c->cull[(size_t)s * (RBF_CULL_GRID * RBF_CULL_GRID) + (size_t)(cell[1] * RBF_CULL_GRID + cell[0])];
+	}
+	rbf_kernel_sum(&job, value);
+}
+
+void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3])
+{
+	const rbf_component *c = site->component;
+	value[0] = value[1] = value[2] = 0;
+	for (uint32_t f = 0; f < c->frames; f++) {
+		float share[3], factor[3], mapped[3][3];
+		rbf_site_map(site, f, exitant, share, factor, mapped);
+		for (uint32_t k = 0; k < site->corners; k++) {
+			const float w = site->weight[k] * share[k] * factor[k];
+			if (!(w > 0))
+				continue;
+			float lobes[3];
+			rbf_site_lobes(site, k, f, mapped[k], lobes);
+			for (uint32_t n = 0; n < c->channels; n++)
+				value[n] += w * lobes[n];
+		}
+	}
+}
+
+void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3])
+{
+	float folded[3];
+	rbf_site_fold(site, exitant, folded);
+	rbf_site_dsf(site, folded, value);
+	const float scale = 1 / fmaxf(folded[2], RBF_HORIZON_Z);
+	for (uint32_t n = 0; n < site->component->channels; n++)
+		value[n] *= scale;
+}
+
+void rbf_component_dhr(const rbf_component *c, const float incident[3], float value[3])
+{
+	const uint32_t size = c->dhr_size;
+	if (c->mesh.symmetry == RBF_ISOTROPIC) {
+		const float theta = atan2f(hypotf(incident[0], incident[1]), incident[2]);
+		const float x = fminf(theta * (float)(2 / RBF_PI), 1.f) * (float)(size - 1);
+		const uint32_t i = x < (float)(size - 2) ? (uint32_t)x : size - 2;
+		const float t = x - (float)i;
+		for (uint32_t n = 0; n < c->channels; n++)
+			value[n] = (1 - t) * c->dhr[n*size + i] + t * c->dhr[n*size + i + 1];
+		return;
+	}
+	float folded[3], square[2];
+	rbf_mirror((unsigned)rbf_symmetry_fold(c->mesh.symmetry, incident), incident, folded);
+	rbf_square_from_direction(folded, square);
+	uint32_t at[2];
+	float t[2];
+	for (int n = 0; n < 2; n++) {
+		const float x = (square[n] + 1) * .5f * (float)(size - 1);
+		at[n] = x < (float)(size - 2) ? (uint32_t)x : size - 2;
+		t[n] = x - (float)at[n];
+	}
+	for (uint32_t n = 0; n < c->channels; n++) {
+		const float *table = c->dhr + (size_t)n * size * size + (size_t)at[1] * size + at[0];
+		value[n] = (1 - t[1]) * ((1 - t[0]) * table[0] + t[0] * table[1])
+			+ t[1] * ((1 - t[0]) * table[size] + t[0] * table[size + 1]);
+	}
+}
+
+static int unit(const float in[3], float out[3])
+{
+	memcpy(out, in, 3 * sizeof *out);
+	return rbf_normalize(out) > 0;
+}
+
+const rbf_component *rbf_query_side(const bsdfrbf_model *model, const float incident[3], int transmit, int *swapped)
+{
+	*swapped = 0;
+	if (incident[2] == 0 || isnan(incident[2]))
+		return NULL;
+	const int back = incident[2] < 0;
+	const rbf_component *c = &model->component[(transmit ? BSDFRBF_TF : BSDFRBF_RF) + back];
+	if (c->present)
+		return c;
+	if (transmit) {
+		c = &model->component[BSDFRBF_TF + !back];
+		*swapped = 1;
+		if (c->present)
+			return c;
+	}
+	return NULL;
+}
+
+int rbf_query_pair(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], rbf_query *q)
+{
+	float i[3], o[3];
+	q->component = NULL;
+	if (!unit(incident, i) || !unit(outgoing, o) || i[2] == 0 || o[2] == 0)
+		return 0;
+	q->component = rbf_query_side(model, i, (i[2] < 0) != (o[2] < 0), &q->swapped);
+	if (!q->component)
+		return 0;
+	i[2] = fabsf(i[2]);
+	o[2] = fabsf(o[2]);
+	memcpy(q->incident, q->swapped ? o : i, sizeof i);
+	memcpy(q->exitant, q->swapped ? i : o, sizeof o);
+	return 1;
+}
+
+static void clear(const bsdfrbf_model *model, float *value)
+{
+	for (uint32_t n = 0; n < model->channels; n++)
+		value[n] = 0;
+}
+
+static void add_lambertian(const rbf_component *c, float scale, float *value)
+{
+	for (uint32_t n = 0; n < c->channels; n++)
+		value[n] += scale * c->lambertian[n];
+}
+
+void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
+{
+	rbf_query q;
+	clear(model, value);
+	if (!rbf_query_pair(model, incident, outgoing, &q))
+		return;
+	rbf_site site;
+	float v[3];
+	rbf_site_locate(q.component, q.incident, &site);
+	rbf_site_eval(&site, q.exitant, v);
+	memcpy(value, v, model->channels * sizeof *value);
+}
+
+void bsdfrbf_eval(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
+{
+	bsdfrbf_eval_exitant(model, incident, 1, outgoing, value);
+}
+
+void bsdfrbf_eval_many(const bsdfrbf_model *model, size_t count, const float *incident, const float *outgoing, float *values)
+{
+	for (size_t n = 0, run; n < count; n += run) {
+		for (run = 1; n + run < count && !memcmp(incident + 3*n, incident + 3*(n + run), 3 * sizeof *incident); run++)
+			;
+		bsdfrbf_eval_exitant(model, incident + 3*n, run, outgoing + 3*n, values + n * model->channels);
+	}
+}
+
+void bsdfrbf_eval_exitant(const bsdfrbf_model *model, const float incident[3], size_t count, const float *outgoing, float *values)
+{
+	const rbf_component *located = NULL;
+	rbf_site site;
+	for (size_t n = 0; n < count; n++) {
+		float *value = values + n * model->channels, v[3];
+		rbf_query q;
+		clear(model, value);
+		if (!rbf_query_pair(model, incident, outgoing + 3*n, &q))
+			continue;
+		if (q.component != located || q.swapped) {
+			rbf_site_locate(q.component, q.incident, &site);
+			located = q.swapped ? NULL : q.component;
+		}
+		rbf_site_eval(&site, q.exitant, v);
+		memcpy(value, v, model->channels * sizeof *value);
+		add_lambertian(q.component, (float)(1 / RBF_PI), value);
+	}
+}

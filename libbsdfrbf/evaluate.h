@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Evaluation of one component at one incident direction. A site is the per-incidence state; it lives on the stack. */
+#ifndef RBF_EVALUATE_H
+#define RBF_EVALUATE_H
+#include "kernel.h"
+#include "map.h"
+
+/* Exitant directions closer to the horizon than this z have their value limited, so that f stays finite. */
+#define RBF_HORIZON_Z 0.01f
+/* Largest gain that a corner can take over from corners whose mapped direction is less valid (map.h). */
+#define RBF_VALID_GAIN 2.f
+
+typedef struct rbf_site {
+	const rbf_component *component;
+	float incident[3];          /* in the component's half space, folded */
+	unsigned op;                /* operation that folded it */
+	float cosine, sine;         /* isotropic: rotation by minus the incident azimuth */
+	uint32_t corners;           /* those with weight > 0 */
+	uint32_t base[3], vertex_op[3];
+	float weight[3];
+	const rbf_shift *shift[3][2]; /* residual motion of a corner towards two others, NULL: none */
+	float shift_weight[3][2];
+	rbf_warp warp[3][RBF_MAX_FRAMES];
+} rbf_site;
+
+/* Prepares a site. incident: unit, z > 0, half space of the component. */
+void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site);
+
+/* The same with given corners (vertices of the component's mesh) and without residual motion; the caller may set shift[]. */
+void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
+	const rbf_vertex vertex[], const float weight[], rbf_site *site);
+
+/* Turns an exitant direction into the site's folded coordinates, and back. */
+void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3]);
+void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[3]);
+
+/* Shares v_kf / sum_l w_l v_lf of the corners in one frame for folded exitant direction, limited to RBF_VALID_GAIN.
+ * mapped[k], factor[k]: the mapped direction and value factor of each corner. */
+void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3]);
+
+/* Value of one corner's lobes in one frame at a mapped direction. */
+void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const float mapped[3], float value[3]);
+
+/* DSF without the Lambertian part at a folded exitant direction (z > 0), before the limit at the horizon. */
+void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3]);
+
+/* f without the Lambertian part, sr^-1; exitant in the component's half space, not folded. */
+void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3]);
+
+/* DHR of the scattered part from the component's table. */
+void rbf_component_dhr(const rbf_component *component, const float incident[3], float value[3]);
+
+/* What a pair of public directions means: the component that answers (NULL: none), the vectors in its half space, and
+ * whether incident and exitant were swapped (reciprocity). */
+typedef struct rbf_query {
+	const rbf_component *component;
+	float incident[3], exitant[3];
+	int swapped;
+} rbf_query;
+int rbf_query_pair(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], rbf_query *query);
+
+/* Component for an incident direction and side; *swapped: only the reverse component exists. NULL: none. */
+const rbf_component *rbf_query_side(const bsdfrbf_model *model, const float incident[3], int transmit, int *swapped);
+#endif

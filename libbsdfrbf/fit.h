@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Non-negative lobe fit of one measured incidence. */
+#ifndef RBF_FIT_H
+#define RBF_FIT_H
+#include "lobes.h"
+#include "measure.h"
+
+#define RBF_FIT_LOBES 300 /* unless the data or the user say otherwise */
+
+/* DHR of the Lambertian part common to all incidences, per channel: from below the noise, 0 if there is none. */
+void rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3]);
+
+/* Fits at most `lobes` lobes to the samples less the Lambertian part. `hold` > 1 leaves out every hold-th sample and puts the
+ * relative L1 of the fit against those in *error (else -1). Returns 0, or -1 when out of memory. Thread-safe. */
+int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
+	rbf_lobes *out, float *error);
+#endif

@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "label.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const float SHARPNESS = 4;      /* exponent of the prediction */
+static const float SHARE_MIN = .03f;   /* frames that carry less are dropped */
+enum { ROUNDS = 6 };
+
+/* Directions that sank below are judged just above the horizon, and count less. */
+static float judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain)
+{
+	float p[3] = {mapped[0], mapped[1], mapped[2]}, q[3], v[3];
+	if (!(gain > 0))
+		return 0;
+	if (p[2] < .02f) {
+		const float r = hypotf(p[0], p[1]), s = r > 0 ? sqrtf(1 - .02f * .02f) / r : 0;
+		p[0] *= s;
+		p[1] *= s;
+		p[2] = .02f;
+	}
+	rbf_mirror(op, p, q);
+	rbf_lobes_sum(lobes, q, v);
+	return gain * v[rbf_luminance(lobes->channels)] * fminf(fmaxf(mapped[2] * 10, .05f), 1.f);
+}
+
+static int find_neighbours(rbf_fitted *m)
+{
+	const rbf_mesh *mesh = &m->mesh;
+	/* the unmirrored vertex of each base */
+	uint32_t *own = malloc((m->bases + 1) * sizeof *own);
+	uint8_t *joined = calloc((size_t)mesh->vertices + 1, 1);
+	m->neighbour_first = calloc((size_t)m->bases + 1, sizeof *m->neighbour_first);
+	m->neighbour = malloc(((size_t)mesh->elements * 6 + (size_t)mesh->borders * 2 + 2 * (size_t)m->bases + 1) * 4 * sizeof *m->neighbour);
+	if (!own || !joined || !m->neighbour_first || !m->neighbour) {
+		free(own);
+		free(joined);
+		return -1;
+	}
+	for (uint32_t b = 0; b < m->bases; b++)
+		own[b] = UINT32_MAX;
+	for (uint32_t v = 0; v < mesh->vertices; v++)
+		if (mesh->vertex[v].op == RBF_OP_NONE)
+			own[mesh->vertex[v].base] = v;
+	/* Elements are kept only where they reach into the fundamental domain: a base's vertex may have neighbours only as another
+	 * vertex's mirror image, so any element that has an image of the base counts, mirrored back. */
+	uint32_t at = 0;
+	for (uint32_t b = 0; b < m->bases; b++) {
+		m->neighbour_first[b] = at;
+		for (uint32_t pass = 0; pass < mesh->elements + mesh->borders; pass++) {
+			const uint32_t *v = pass < mesh->elements ? mesh->element[pass].v : mesh->border[pass - mesh->elements];
+			const int corners = pass < mesh->elements ? 3 : 2;
+			for (int i = 0; i < corners; i++) {
+				if (mesh->vertex[v[i]].base != b)
+					continue;
+				for (int j = 0; j < corners; j++) {
+					/* the neighbour as seen from the unmirrored base */
+					const uint32_t base = mesh->vertex[v[j]].base, op = mesh->vertex[v[j]].op ^ mesh->vertex[v[i]].op;
+					if (i == j)
+						continue;
+					uint32_t found = UINT32_MAX;
+					float want[3];
+					rbf_mirror(mesh->vertex[v[i]].op, mesh->vertex[v[j]].direction, want);
+					if (op == RBF_OP_NONE)
+						found = own[base];
+					for (uint32_t w = 0; w < mesh->vertices && found == UINT32_MAX; w++)
+						if (mesh->vertex[w].base == base && rbf_dot(mesh->vertex[w].direction, want) > 1 - 1e-6f)
+							found = w;
+					if (found == UINT32_MAX || joined[found])
+						continue;
+					joined[found] = 1;
+					m->neighbour[at++] = found;
+				}
+			}
+		}
+		for (uint32_t n = m->neighbour_first[b]; n < at; n++)
+			joined[m->neighbour[n]] = 0;
+	}
+	m->neighbour_first[m->bases] = at;
+	free(own);
+	free(joined);
+	return 0;
+}
+
+int rbf_label_prepare(rbf_fitted *m)
+{
+	if (find_neighbours(m))
+		return -1;
+	m->lobe_first = calloc((size_t)m->bases + 1, sizeof *m->lobe_first);
+	if (!m->lobe_first)
+		return -1;
+	for (uint32_t b = 0; b < m->bases; b++)
+		m->lobe_first[b + 1] = m->lobe_first[b] + m->lobes[b].count;
+	const size_t lobes = m->lobe_first[m->bases];
+	for (unsigned map = 0; map < RBF_MAPS; map++)
+		if (!(m->prediction[map] = calloc(lobes + 1, sizeof(float))))
+			return -1;
+	const uint32_t y = rbf_luminance(m->channels);
+	#pragma omp parallel for schedule(dynamic)
+	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
+		const rbf_lobes *l = &m->lobes[b];
+		const uint32_t from = m->neighbour_first[b], to = m->neighbour_first[b + 1];
+		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
+		for (uint32_t i = 0; i < l->count; i++) {
+			float c[3], own[3];
+			rbf_lobe_centre(l, i, c);
+			rbf_lobes_sum(l, c, own);
+			const float self = own[y] + 1e-9f;
+			for (unsigned map = 0; map < RBF_MAPS; map++) {
+				float sum = 0;
+				for (uint32_t n = from; n < to; n++) {
+					const rbf_vertex *v = &m->mesh.vertex[m->neighbour[n]];
+					rbf_warp warp;
+					float mapped[3];
+					rbf_warp_set(&warp, map, k, v->direction);
+					const float gain = rbf_warp_forward(&warp, c, mapped);
+					const float value = judge(&m->lobes[v->base], v->op, mapped, gain);
+					sum += logf(fminf(value, self) + 1e-3f * self);
+				}
+				m->prediction[map][m->lobe_first[b] + i] = to > from ? sum / (float)(to - from) : logf(self);
+			}
+		}
+	}
+	return 0;
+}
+
+void rbf_label_release(rbf_fitted *m)
+{
+	free(m->neighbour_first);
+	free(m->neighbour);
+	free(m->lobe_first);
+	for (unsigned map = 0; map < RBF_MAPS; map++)
+		free(m->prediction[map]);
+}
+
+/* r_f ~ exp(SHARPNESS log prediction_f) prior_f, normalised over the frames. */
+static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float prior[], uint32_t i, float r[])
+{
+	float top = -INFINITY, sum = 0;
+	for (uint32_t f = 0; f < frames; f++)
+		if (prior[f] > 0)
+			top = fmaxf(top, m->prediction[frame[f]][i]);
+	for (uint32_t f = 0; f < frames; f++) {
+		r[f] = prior[f] > 0 ? expf(SHARPNESS * (m->prediction[frame[f]][i] - top)) * prior[f] : 0;
+		sum += r[f];
+	}
+	for (uint32_t f = 0; f < frames; f++)
+		r[f] /= sum;
+}
+
+int rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float *label, float share[])
+{
+	const uint32_t lobes = m->lobe_first[m->bases];
+	float prior[RBF_MAX_FRAMES], r[RBF_MAX_FRAMES];
+	for (uint32_t f = 0; f < frames; f++)
+		prior[f] = 1 / (float)frames;
+	for (int round = 0; round <= ROUNDS; round++) {
+		double sum[RBF_MAX_FRAMES] = {0};
+		uint32_t used = 0;
+		for (uint32_t b = 0; b < m->bases; b++) {
+			const rbf_lobes *l = &m->lobes[b];
+			double total = 0, part[RBF_MAX_FRAMES] = {0};
+			for (uint32_t i = 0; i < l->count; i++) {
+				responsibilities(m, frames, frame, prior, m->lobe_first[b] + i, r);
+				total += l->mass[i];
+				for (uint32_t f = 0; f < frames; f++)
+					part[f] += r[f] * l->mass[i];
+			}
+			if (!(total > 0))
+				continue;
+			used++;
+			for (uint32_t f = 0; f < frames; f++)
+				sum[f] += part[f] / total;
+		}
+		int kept = 0;
+		for (uint32_t f = 0; f < frames; f++) {
+			share[f] = used ? (float)(sum[f] / used) : 1 / (float)frames;
+			kept += share[f] >= SHARE_MIN;
+		}
+		if (round == ROUNDS)
+			break;
+		for (uint32_t f = 0; f < frames; f++)
+			prior[f] = share[f] < SHARE_MIN * (float)(round + 1) / ROUNDS && kept ? 0 : share[f];
+	}
+	for (uint32_t i = 0; i < lobes; i++) {
+		float sum = 0;
+		responsibilities(m, frames, frame, prior, i, r);
+		for (uint32_t f = 0; f < frames; f++) {
+			if (r[f] < 1e-3f)
+				r[f] = 0;
+			sum += r[f];
+		}
+		for (uint32_t f = 0; f < frames; f++)
+			label[(size_t)f * lobes + i] = r[f] / sum;
+	}
+	return 0;
+}

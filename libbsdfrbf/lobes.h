@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The lobes of one incidence as fitted: blocks of eight, ready for the kernel. */
+#ifndef RBF_LOBES_H
+#define RBF_LOBES_H
+#include "kernel.h"
+
+typedef struct rbf_lobes {
+	uint32_t count, blocks, channels;
+	rbf_block *block;          /* [blocks] */
+	rbf_amplitude *amplitude;  /* [channels][blocks] */
+	double *mass;              /* [count] energy of each lobe, luminance, sr; over the whole sphere */
+} rbf_lobes;
+
+/* Room for `count` lobes, all amplitudes 0. Returns 0, or -1 when out of memory. */
+int rbf_lobes_new(rbf_lobes *lobes, uint32_t count, uint32_t channels);
+void rbf_lobes_free(rbf_lobes *lobes);
+
+
+static inline void rbf_lobe_centre(const rbf_lobes *l, uint32_t i, float centre[3])
+{
+	const rbf_block *b = &l->block[i / RBF_LANES];
+	centre[0] = b->x[i % RBF_LANES];
+	centre[1] = b->y[i % RBF_LANES];
+	centre[2] = b->z[i % RBF_LANES];
+}
+
+static inline float rbf_lobe_kappa(const rbf_lobes *l, uint32_t i)
+{
+	return l->block[i / RBF_LANES].k[i % RBF_LANES];
+}
+
+static inline float rbf_lobe_amplitude(const rbf_lobes *l, uint32_t channel, uint32_t i)
+{
+	return l->amplitude[channel * l->blocks + i / RBF_LANES].a[i % RBF_LANES];
+}
+
+void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa);
+
+/* DSF of all lobes at a direction. */
+void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3]);
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Nearest neighbours among points in space (k-d tree). */
+#ifndef RBF_NEIGHBOURS_H
+#define RBF_NEIGHBOURS_H
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct rbf_tree {
+	size_t count;
+	float (*point)[3];   /* in tree order */
+	uint32_t *index;     /* tree order -> caller's order */
+	uint8_t *axis;       /* split axis of each node */
+} rbf_tree;
+
+/* points: count x 3. Returns 0, or -1 when out of memory. */
+int rbf_tree_build(rbf_tree *tree, size_t count, const float (*points)[3]);
+void rbf_tree_free(rbf_tree *tree);
+
+/* The `k` (at most 64) points nearest to p, nearest first, into index[k] and squared distance[k]. Returns how many. */
+int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *index, float *distance);
+#endif

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The public questions about one incident direction: DHR, samples, density, resolution. */
+#include "reciprocal.h"
+#include "sample.h"
+
+#include <string.h>
+
+/* Component and direction that answer for an incident vector; *swapped as in rbf_query_side(). */
+static const rbf_component *side_of(const bsdfrbf_model *model, const float incident[3], int transmit, float local[3], int *swapped)
+{
+	memcpy(local, incident, 3 * sizeof *local);
+	if (!(rbf_normalize(local) > 0))
+		return NULL;
+	const rbf_component *c = rbf_query_side(model, local, transmit, swapped);
+	local[2] = fabsf(local[2]);
+	return c;
+}
+
+void bsdfrbf_dhr_scatter(const bsdfrbf_model *model, const float incident[3], int transmit, float *value)
+{
+	float local[3], v[3];
+	int swapped;
+	const rbf_component *c = side_of(model, incident, transmit, local, &swapped);
+	for (uint32_t n = 0; n < model->channels; n++)
+		value[n] = 0;
+	if (!c)
+		return;
+	if (swapped) {
+		rbf_reciprocal table;
+		rbf_reciprocal_make(c, local, &table);
+		for (uint32_t n = 0; n < model->channels; n++)
+			value[n] = (float)table.dhr[n];
+		return;
+	}
+	rbf_component_dhr(c, local, v);
+	memcpy(value, v, model->channels * sizeof *value);
+}
+
+void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transmit, float *value)
+{
+	float local[3];
+	int swapped;
+	const rbf_component *c = side_of(model, incident, transmit, local, &swapped);
+	bsdfrbf_dhr_scatter(model, incident, transmit, value);
+	for (uint32_t n = 0; c && n < model->channels; n++)
+		value[n] += c->lambertian[n];
+}
+
+int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[3], int transmit, double u, float outgoing[3])
+{
+	float local[3];
+	int swapped, drawn;
+	const rbf_component *c = side_of(model, incident, transmit, local, &swapped);
+	outgoing[0] = outgoing[1] = outgoing[2] = 0;
+	if (!c)
+		return 0;
+	if (swapped) {
+		rbf_reciprocal table;
+		rbf_reciprocal_make(c, local, &table);
+		drawn = rbf_reciprocal_sample(&table, u, outgoing);
+	} else {
+		rbf_site site;
+		rbf_site_locate(c, local, &site);
+		drawn = rbf_site_sample(&site, u, outgoing);
+	}
+	if ((incident[2] < 0) != (transmit != 0))
+		outgoing[2] = -outgoing[2];
+	return drawn;
+}
+
+float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const float outgoing[3])
+{
+	float value[3], total[3], o[3] = {outgoing[0], outgoing[1], outgoing[2]};
+	const uint32_t y = rbf_luminance(model->channels);
+	if (!(rbf_normalize(o) > 0))
+		return 0;
+	bsdfrbf_eval_scatter(model, incident, o, value);
+	bsdfrbf_dhr_scatter(model, incident, (incident[2] < 0) != (o[2] < 0), total);
+	return total[y] > 0 ? value[y] * fabsf(o[2]) / total[y] : 0;
+}
+
+/* Width of what is seen: lobes weighted by their contribution in one direction, or by their energy over all. */
+typedef struct width { double weight, kappa; } width;
+
+static void collect(const rbf_site *site, const float *exitant, width *w)
+{
+	const rbf_component *c = site->component;
+	const uint32_t y = rbf_luminance(c->channels);
+	for (uint32_t f = 0; f < c->frames; f++) {
+		float share[3], factor[3], mapped[3][3], p[3] = {0, 0, 1};
+		if (exitant)
+			rbf_site_map(site, f, exitant, share, factor, mapped);
+		for (uint32_t k = 0; k < site->corners; k++) {
+			const rbf_set *set = &c->set[site->base[k] * c->frames + f];
+			if (exitant)
+				rbf_mirror(site->vertex_op[k], mapped[k], p);
+			for (uint32_t b = set->first; b < set->first + set->blocks; b++) {
+				const rbf_block *l = &c->block[b];
+				for (int i = 0; i < RBF_LANES; i++) {
+					const double amplitude = (double)(site->weight[k] * c->amplitude[(size_t)y * c->blocks + b].a[i]);
+					if (!(amplitude > 0) || !(l->k[i] > 0))
+						continue;
+					double value = amplitude;
+					if (exitant) {
+						const float dx = l->x[i] - p[0], dy = l->y[i] - p[1], dz = l->z[i] - p[2];
+						const float e = .5f * l->k[i] * (dx*dx + dy*dy + dz*dz);
+						if (e > 20)
+							continue;
+						value *= (double)expf(-e);
+					} else
+						value /= (double)l->k[i];
+					w->weight += value;
+					w->kappa += value * (double)l->k[i];
+				}
+			}
+		}
+	}
+}
+
+/* A Gaussian lobe of concentration kappa is nearly constant over a disc of half its sigma, and gone beyond 1.5 sigma. */
+void bsdfrbf_resolution(const bsdfrbf_model *model, const float incident[3], const float *outgoing, int transmit,
+	float *smallest, float *largest)
+{
+	width w = {0, 0};
+	double cosine = 1;
+	if (outgoing) {
+		rbf_query q;
+		if (rbf_query_pair(model, incident, outgoing, &q)) {
+			rbf_site site;
+			float folded[3];
+			rbf_site_locate(q.component, q.incident, &site);
+			rbf_site_fold(&site, q.exitant, folded);
+			collect(&site, folded, &w);
+			cosine = fmax((double)q.exitant[2], .05);
+		}
+	} else {
+		float local[3];
+		int swapped;
+		const rbf_component *c = side_of(model, incident, transmit, local, &swapped);
+		if (c) {
+			rbf_site site;
+			rbf_site_locate(c, local, &site);
+			collect(&site, NULL, &w);
+		}
+	}
+	const double kappa = w.weight > 0 ? fmax(w.kappa / w.weight, .5) : .5;
+	*smallest = (float)fmin(cosine * RBF_PI * .25 / kappa, RBF_PI);
+	*largest = (float)fmin(cosine * RBF_PI * 2.25 / kappa, RBF_PI);
+}

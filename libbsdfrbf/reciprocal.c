@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "reciprocal.h"
+#include "sample.h"
+
+#include <string.h>
+
+enum { START = 16, DEPTH = 5 };
+
+/* Shirley and Chiu 1997: equal areas of the square are equal projected solid angles. */
+static void direction(float x, float y, float d[3])
+{
+	const float a = 2*x - 1, b = 2*y - 1;
+	float r = 0, phi = 0;
+	if (a != 0 || b != 0) {
+		if (fabsf(a) >= fabsf(b)) {
+			r = a;
+			phi = (float)(RBF_PI / 4) * (b / a);
+		} else {
+			r = b;
+			phi = (float)(RBF_PI / 2) - (float)(RBF_PI / 4) * (a / b);
+		}
+	}
+	d[0] = r * cosf(phi);
+	d[1] = r * sinf(phi);
+	d[2] = sqrtf(fmaxf(1 - r*r, 1e-8f));
+}
+
+static void value_at(const rbf_component *c, const float exitant[3], float x, float y, float value[3])
+{
+	float d[3];
+	rbf_site site;
+	direction(x, y, d);
+	rbf_site_locate(c, d, &site);
+	rbf_site_eval(&site, exitant, value);
+}
+
+/* A cell is split while its energy is a large share of the whole, largest first by levels. */
+void rbf_reciprocal_make(const rbf_component *c, const float exitant[3], rbf_reciprocal *t)
+{
+	const uint32_t y = rbf_luminance(c->channels);
+	float value[3];
+	double total = 0;
+	t->cells = 0;
+	memset(t->dhr, 0, sizeof t->dhr);
+	for (int j = 0; j < START; j++)
+		for (int i = 0; i < START; i++) {
+			value_at(c, exitant, (i + .5f) / START, (j + .5f) / START, value);
+			t->cell[t->cells].x = (float)i / START;
+			t->cell[t->cells].y = (float)j / START;
+			t->cell[t->cells].size = 1.f / START;
+			t->cell[t->cells].energy = value[y] / (START * START);
+			total += (double)t->cell[t->cells++].energy;
+		}
+	for (int level = 0; level < DEPTH && total > 0; level++) {
+		/* what is left of the room is shared among the levels */
+		const uint32_t end = t->cells;
+		const double limit = total / (double)(RBF_RECIPROCAL_CELLS / 4);
+		for (uint32_t n = 0; n < end && t->cells + 3 <= RBF_RECIPROCAL_CELLS; n++) {
+			if ((double)t->cell[n].energy < limit)
+				continue;
+			const float size = t->cell[n].size / 2, x = t->cell[n].x, yy = t->cell[n].y;
+			total -= (double)t->cell[n].energy;
+			for (int q = 0; q < 4; q++) {
+				const uint32_t at = q ? t->cells++ : n;
+				t->cell[at].x = x + (float)(q & 1) * size;
+				t->cell[at].y = yy + (float)(q >> 1) * size;
+				t->cell[at].size = size;
+				value_at(c, exitant, t->cell[at].x + size / 2, t->cell[at].y + size / 2, value);
+				t->cell[at].energy = value[y] * size * size;
+				total += (double)t->cell[at].energy;
+			}
+		}
+	}
+	double running = 0;
+	for (uint32_t n = 0; n < t->cells; n++) {
+		value_at(c, exitant, t->cell[n].x + t->cell[n].size / 2, t->cell[n].y + t->cell[n].size / 2, value);
+		for (uint32_t k = 0; k < c->channels; k++)
+			t->dhr[k] += RBF_PI * (double)(value[k] * t->cell[n].size * t->cell[n].size);
+		t->cell[n].energy = (float)(running += (double)t->cell[n].energy);
+	}
+}
+
+int rbf_reciprocal_sample(const rbf_reciprocal *t, double u, float incident[3])
+{
+	const double total = t->cells ? (double)t->cell[t->cells - 1].energy : 0;
+	incident[0] = incident[1] = incident[2] = 0;
+	if (!(total > 0))
+		return 0;
+	u = u > 0 ? u < 1 ? u * total : total * (1 - 0x1p-53) : 0;
+	uint32_t low = 0, high = t->cells - 1;
+	while (low < high) {
+		const uint32_t middle = (low + high) / 2;
+		if ((double)t->cell[middle].energy > u)
+			high = middle;
+		else
+			low = middle + 1;
+	}
+	const double from = low ? (double)t->cell[low - 1].energy : 0, step = (double)t->cell[low].energy - from;
+	double a, b;
+	rbf_split_number(step > 0 ? fmin(fmax((u - from) / step, 0), 1 - 0x1p-53) : .5, &a, &b);
+	direction(t->cell[low].x + (float)a * t->cell[low].size, t->cell[low].y + (float)b * t->cell[low].size, incident);
+	return 1;
+}

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * The evaluated density is a sum of terms: corner k, frame f, lobe j. Each term is at most
+ *     w_k gain_kf H_j (1 + sin(i,k) T_j)  times the lobe,
+ * H_j bounding the share that a corner takes over from less valid ones (1 where a lobe keeps away from the horizon) and T_j
+ * the slope of the half map's change of solid angle. A lobe is drawn by that bound (two tables of running sums: H m and H T m),
+ * a direction is drawn from the lobe, carried back through the map, and kept with the probability true term / bound: what is
+ * kept is distributed exactly as the sum, whatever the overlaps (thinning).
+ */
+#include "sample.h"
+
+#include <string.h>
+
+enum { TRIES = 256 };
+static const float SPREAD = 3;          /* sigmas that the bounds cover */
+static const float SLANT_MAX = 3.73f;   /* tan 75 degrees */
+
+void rbf_lobe_reach(unsigned map, const float base[3], const float centre[3], float kappa, float margin, float *gain, float *slant)
+{
+	const float sigma = kappa > 0 ? 1 / sqrtf(kappa) : 3;
+	const float theta = acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + SPREAD * sigma + margin;
+	*gain = map == RBF_MAP_FIXED || theta < acosf(RBF_VALID_Z) ? 1 : RBF_VALID_GAIN;
+	*slant = 0;
+	if (map == RBF_MAP_HALF) {
+		const float half = .5f * (acosf(fminf(fmaxf(rbf_dot(base, centre), -1.f), 1.f)) + SPREAD * sigma);
+		*slant = half < 1.309f ? tanf(half) : SLANT_MAX;
+	}
+}
+
+/* Centre of a lobe with the site's residual motion. */
+static void moved_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
+{
+	const rbf_component *c = site->component;
+	const rbf_block *b = &c->block[block];
+	centre[0] = b->x[lane];
+	centre[1] = b->y[lane];
+	centre[2] = b->z[lane];
+	const uint32_t at = block - c->set[site->base[corner] * c->frames].first;
+	int moved = 0;
+	for (int n = 0; n < 2; n++)
+		if (site->shift[corner][n]) {
+			const rbf_shift *s = &site->shift[corner][n][at];
+			const float w = site->shift_weight[corner][n];
+			centre[0] += w * s->x[lane];
+			centre[1] += w * s->y[lane];
+			centre[2] += w * s->z[lane];
+			moved = 1;
+		}
+	if (moved)
+		rbf_normalize(centre);
+}
+
+/* Jakob, Numerically stable sampling of the von Mises-Fisher distribution on S2, 2012. */
+void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3])
+{
+	const double rest = u + (1 - u) * exp(-2. * kappa);
+	double w = rest > 0 ? -log(rest) / kappa : 2; /* 1 - cos */
+	w = fmin(fmax(w, 0), 2);
+	const double sine = sqrt(w * (2 - w)), phi = 2 * RBF_PI * v;
+	/* orthonormal basis: Duff et al., Building an orthonormal basis, revisited, 2017 */
+	const float sign = copysignf(1, centre[2]), a = -1 / (sign + centre[2]), b = centre[0] * centre[1] * a;
+	const float t[3] = {1 + sign * centre[0]*centre[0]*a, sign * b, -sign * centre[0]};
+	const float s[3] = {b, sign + centre[1]*centre[1]*a, -centre[1]};
+	const float x = (float)(sine * cos(phi)), y = (float)(sine * sin(phi)), z = (float)(1 - w);
+	for (int n = 0; n < 3; n++)
+		out[n] = x*t[n] + y*s[n] + z*centre[n];
+}
+
+/* Carries a direction drawn at a corner back to the site. Returns the term's value over the lobe's: the factor of the map, the
+ * corner's share and the limit at the horizon; 0 if it falls outside. exitant is folded. */
+static float carry(const rbf_site *site, uint32_t corner, uint32_t frame, const float drawn[3], float exitant[3])
+{
+	float p[3];
+	rbf_mirror(site->vertex_op[corner], drawn, p);
+	const float factor = rbf_warp_inverse(&site->warp[corner][frame], p, exitant);
+	if (!(factor > 0) || !(exitant[2] > 0))
+		return 0;
+	float share[3], gain[3], mapped[3][3];
+	rbf_site_map(site, frame, exitant, share, gain, mapped);
+	return factor * share[corner] * fminf(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
+}
+
+static uint64_t scramble(uint64_t *state) /* SplitMix64: Steele et al., Fast splittable pseudorandom number generators, 2014 */
+{
+	uint64_t z = *state += 0x9e3779b97f4a7c15u;
+	z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+	z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+	return z ^ (z >> 31);
+}
+
+static double uniform(uint64_t *state)
+{
+	return (double)(scramble(state) >> 11) * 0x1p-53;
+}
+
+void rbf_split_number(double u, double *a, double *b)
+{
+	const uint64_t bits = (uint64_t)(u * 0x1p40);
+	uint64_t x = 0, y = 0;
+	for (int i = 0; i < 20; i++) {
+		x |= (bits >> (2 * i) & 1) << i;
+		y |= (bits >> (2 * i + 1) & 1) << i;
+	}
+	*a = ((double)x + .5) * 0x1p-20;
+	*b = ((double)y + .5) * 0x1p-20;
+}
+
+int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
+{
+	const rbf_component *c = site->component;
+	const size_t lanes = (size_t)c->blocks * RBF_LANES;
+	double part[3 * RBF_MAX_FRAMES * 2], total = 0;
+	int parts = 0;
+	for (uint32_t k = 0; k < site->corners; k++)
+		for (uint32_t f = 0; f < c->frames; f++) {
+			const rbf_set *set = &c->set[site->base[k] * c->frames + f];
+			const rbf_warp *warp = &site->warp[k][f];
+			part[parts++] = total += (double)site->weight[k] * warp->gain * set->mass[0];
+			part[parts++] = total += (double)site->weight[k] * warp->gain * warp->sine * set->mass[1];
+		}
+	exitant[0] = exitant[1] = exitant[2] = 0;
+	if (!(total > 0))
+		return 0;
+	u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
+	uint64_t state;
+	memcpy(&state, &u, sizeof state);
+	for (int attempt = 0; attempt < TRIES; attempt++) {
+		double pick = u * total;
+		int p = 0;
+		while (p < parts - 1 && pick >= part[p])
+			p++;
+		const double below = p ? part[p - 1] : 0;
+		const uint32_t table = (uint32_t)p & 1, frame = (uint32_t)(p / 2) % c->frames, k = (uint32_t)(p / 2) / c->frames;
+		const uint32_t s = site->base[k] * c->frames + frame;
+		const rbf_set *set = &c->set[s];
+		u = (pick - below) / (part[p] - below);
+		u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
+		/* the lobe */
+		const float *cumulative = c->cumulative + table * lanes + (size_t)set->first * RBF_LANES;
+		const float target = (float)(u * set->mass[table]);
+		uint32_t low = 0, high = set->blocks * RBF_LANES;
+		if (!high)
+			return 0;
+		high--;
+		while (low < high) {
+			const uint32_t middle = (low + high) / 2;
+			if (cumulative[middle] > target)
+				high = middle;
+			else
+				low = middle + 1;
+		}
+		const double from = low ? cumulative[low - 1] : 0, step = cumulative[low] - from;
+		u = step > 0 ? (u * set->mass[table] - from) / step : .5;
+		u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
+		const uint32_t block = set->first + low / RBF_LANES, lane = low % RBF_LANES;
+		const float kappa = c->block[block].k[lane];
+		double a, b;
+		if (attempt)
+			a = uniform(&state), b = uniform(&state);
+		else
+			rbf_split_number(u, &a, &b);
+		if (kappa > 0) {
+			float centre[3], drawn[3], folded[3];
+			moved_centre(site, k, block, lane, centre);
+			rbf_lobe_draw(centre, kappa, a, b, drawn);
+			const float value = carry(site, k, frame, drawn, folded);
+			const float *reach = c->reach + (size_t)block * RBF_LANES + lane;
+			const float bound = rbf_warp_bound(&site->warp[k][frame], reach[lanes]) * reach[0];
+			if (value > 0 && (value >= bound || uniform(&state) * bound < value)) {
+				rbf_site_unfold(site, folded, exitant);
+				return 1;
+			}
+		}
+		u = uniform(&state);
+	}
+	return 0;
+}
+
+void rbf_site_dhr(const rbf_site *site, double value[3])
+{
+	const rbf_component *c = site->component;
+	value[0] = value[1] = value[2] = 0;
+	for (uint32_t k = 0; k < site->corners; k++)
+		for (uint32_t f = 0; f < c->frames; f++) {
+			const rbf_set *set = &c->set[site->base[k] * c->frames + f];
+			const int turns = c->frame[f] == RBF_MAP_FIXED || (c->frame[f] >= RBF_MAP_MIRROR && c->frame[f] <= RBF_MAP_RETRO);
+			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
+				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
+				const float kappa = c->block[block].k[lane];
+				if (!(kappa > 0))
+					continue;
+				const float sigma = 1 / sqrtf(kappa);
+				const int inside = c->block[block].z[lane] > RBF_VALID_Z && c->reach[(size_t)block * RBF_LANES + lane] == 1;
+				double mean = 0;
+				if (turns && inside && c->frame[f] != RBF_MAP_FIXED)
+					mean = 1; /* a rotation that keeps clear of the horizon keeps the energy */
+				else {
+					float centre[3];
+					moved_centre(site, k, block, lane, centre);
+					if (turns && centre[2] > 4 * sigma + RBF_HORIZON_Z && c->frame[f] == RBF_MAP_FIXED)
+						mean = 1;
+					else {
+						/* spiral of equal-energy points */
+						const int points = inside ? (sigma < .1f ? 3 : 8) : sigma < .03f ? 8 : sigma < .15f ? 16 : 48;
+						for (int q = 0; q < points; q++) {
+							float drawn[3], exitant[3];
+							rbf_lobe_draw(centre, kappa, (q + .5) / points, fmod(q * .6180339887 + i * .7548776662, 1), drawn);
+							mean += carry(site, k, f, drawn, exitant) / points;
+						}
+					}
+				}
+				const double scale = site->weight[k] * mean * rbf_lobe_integral(kappa);
+				for (uint32_t n = 0; n < c->channels; n++)
+					value[n] += scale * c->amplitude[(size_t)n * c->blocks + block].a[lane];
+			}
+		}
+}

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sampling and integration of what evaluate.h evaluates: the same terms, drawn instead of summed. */
+#ifndef RBF_SAMPLE_H
+#define RBF_SAMPLE_H
+#include "evaluate.h"
+
+/* Draws an exitant direction in the component's half space (not folded), density proportional to the
+ * luminance of DSF without the Lambertian part. Returns 1, or 0 if there is nothing to draw. */
+int rbf_site_sample(const rbf_site *site, double u, float exitant[3]);
+
+/* One number of [0, 1) into two, by its odd and even bits: what was stratified stays so in both. */
+void rbf_split_number(double u, double *a, double *b);
+
+/* DHR of the scattered part by quadrature over the lobes, per channel. */
+void rbf_site_dhr(const rbf_site *site, double value[3]);
+
+/* Direction from a lobe exp(kappa (cos - 1)), kappa > 0, by two numbers of [0, 1); may lie below the horizon. */
+void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3]);
+
+/* Bounds stored with each lobe (rbf_component.reach), see sample.c. margin: largest angle to a neighbouring vertex. */
+void rbf_lobe_reach(unsigned map, const float base[3], const float centre[3], float kappa, float margin, float *gain, float *slant);
+#endif
