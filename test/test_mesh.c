@@ -186,7 +186,11 @@ static int check_locate(const rbf_mesh *m, const float d[3], double p[3])
 	}
 	assert_true(found < m->elements);
 	assert_true(least > -2e-4);
-	if (distance(p, dd) > 3e-5)
+	/* an inverse in float loses what a thin element amplifies */
+	double amplified = 0;
+	for (int k = 0; k < 9; k++)
+		amplified = fmax(amplified, fabs(m->element[found].inverse[k / 3][k % 3]));
+	if (distance(p, dd) > 1.5e-5 + 2e-7 * amplified)
 		fail_msg("direction %g %g %g comes back %g off", dd[0], dd[1], dd[2], distance(p, dd));
 	return 1;
 }
@@ -361,9 +365,13 @@ static void check_hull(const plan *plan, double expected, double slack)
 	size_t n;
 	rbf_triangle *t;
 	assert_int_equal(rbf_hull(NULL, plan->count, (const double (*)[3])plan->d, &n, &t), BSDFRBF_OK);
-	double area = 0;
+	double area = 0, enclosed = 0, middle[3] = { 0, 0, 0 };
 	unsigned char *used = calloc(plan->count, 1);
 	size_t rim = 0;
+	for (size_t j = 0; j < plan->count; j++)
+		for (int k = 0; k < 3; k++)
+			middle[k] += plan->d[j][k];
+	rbf_unit3(middle);
 	for (size_t i = 0; i < n; i++) {
 		const double *a = plan->d[t[i].v[0]], *b = plan->d[t[i].v[1]], *c = plan->d[t[i].v[2]];
 		const double one = triangle_area(a, b, c);
@@ -375,6 +383,7 @@ static void check_hull(const plan *plan, double expected, double slack)
 			ab[k] = b[k] - a[k];
 			ac[k] = c[k] - a[k];
 			if (t[i].neighbour[k] < 0) {
+				enclosed += triangle_area(middle, plan->d[t[i].v[(k + 1) % 3]], plan->d[t[i].v[(k + 2) % 3]]);
 				rim++;
 				continue;
 			}
@@ -394,6 +403,8 @@ static void check_hull(const plan *plan, double expected, double slack)
 		assert_true(used[j]);
 	/* Euler: triangles = 2 vertices - 2 - rim sides, for one piece without holes */
 	assert_int_equal(n, 2 * plan->count - 2 - rim);
+	if (fabs(area - enclosed) > 1e-9)
+		fail_msg("area %.12f, but the rim encloses %.12f", area, enclosed);
 	/* never more than the hull; less only by the flat triangles that the rim of a scattered plan loses */
 	if (area > expected * (1 + 1e-9) || area < expected - slack - 1e-9)
 		fail_msg("area %.9f, hull %.9f", area, expected);
@@ -424,7 +435,7 @@ static void test_hull(void **state)
 		const int n = 4 + (int)(uniform() * 60);
 		for (int i = 0; i < n; i++)
 			add(&scratch, 85 * sqrt(uniform()), 360 * uniform());
-		check_hull(&scratch, hull_area(scratch.count, (const double (*)[3])scratch.d), 2e-3);
+		check_hull(&scratch, hull_area(scratch.count, (const double (*)[3])scratch.d), .02);
 	}
 }
 
