@@ -186,10 +186,16 @@ static double scaled(uint64_t m, long e)
 	if (m < (1ull << 53) && e >= -22 && e <= 22)
 		return e < 0 ? (double)m / power[-e] : (double)m * power[e];
 	double value = (double)m;
-	for (; e > 0 && value < HUGE_VAL; e -= 22)
-		value *= power[e < 22 ? e : 22];
-	for (; e < 0 && value > 0; e += 22)
-		value /= power[e > -22 ? -e : 22];
+	while (e > 0 && value < HUGE_VAL) {
+		const int step = e < 22 ? (int)e : 22;
+		value *= power[step];
+		e -= step;
+	}
+	while (e < 0 && value > 0) {
+		const int step = e > -22 ? (int)-e : 22;
+		value /= power[step];
+		e += step;
+	}
 	return value;
 }
 
