@@ -135,9 +135,9 @@ static int show(void *unused, const char *stage, double done)
 	struct timespec now;
 	if (bar_length > 0 && !caught) {
 		char text[sizeof bar_shown];
-		const int room = bar_length - 25 > 4 ? bar_length - 25 : 4;
+		const int room = bar_length - 27 > 4 ? bar_length - 27 : 4;
 		const int full = (int)(done * room + .5);
-		int at = snprintf(text, sizeof text, "%-16.16s [", stage);
+		int at = snprintf(text, sizeof text, "%-18.18s [", stage);
 		for (int i = 0; i < room && at < (int)sizeof text - 8; i++)
 			text[at++] = i < full ? '=' : ' ';
 		snprintf(text + at, sizeof text - (size_t)at, "] %3.0f %%", 100 * done);
@@ -182,7 +182,7 @@ void cmd_catch_signals(void)
 		struct sigaction action, old;
 		memset(&action, 0, sizeof action);
 		action.sa_handler = on_signal;
-		action.sa_flags = (int)(SA_RESETHAND | SA_RESTART);
+		action.sa_flags = (int)SA_RESETHAND; /* no restart: a read that waits for a pipe ends too */
 		/* what nohup or a background shell ignores stays ignored */
 		if (!sigaction(numbers[i], NULL, &old) && old.sa_handler != SIG_IGN)
 			sigaction(numbers[i], &action, NULL);

@@ -132,6 +132,22 @@ static void record_options(bsdfrbf_context *context, bsdfrbf_model *model, const
 	bsdfrbf_set_text(context, model, "command", text);
 }
 
+/* Names of the files, one a line, as far as a text may go. */
+static void record_sources(bsdfrbf_context *context, bsdfrbf_model *model, int files, char **file)
+{
+	enum { MOST = 65535 };
+	char *text = malloc(MOST + 1), *at = text;
+	if (!text || *bsdfrbf_get_text(model, "source")) {
+		free(text);
+		return;
+	}
+	*at = 0;
+	for (int i = 0; i < files && strlen(file[i]) + 2 < (size_t)(text + MOST - at); i++)
+		at += sprintf(at, "%s%s", i ? "\n" : "", file[i]);
+	bsdfrbf_set_text(context, model, "source", text);
+	free(text);
+}
+
 static void summarize(const bsdfrbf_model *model, const char *path, double seconds)
 {
 	static const char *const name[4] = {"rf", "rb", "tf", "tb"};
@@ -203,8 +219,9 @@ int main(int argc, char **argv)
 	bsdfrbf_model *model = NULL;
 	expect(context, bsdfrbf_build(context, data, &o.build, &model));
 	record_options(context, model, &o);
+	record_sources(context, model, files, argv + at);
 	if (bsdfrbf_save(context, model, o.output) != BSDFRBF_OK)
-		cmd_fail("%s", bsdfrbf_message(context));
+		expect(context, BSDFRBF_ERR_IO); /* a signal that came once the file is whole is too late */
 	cmd_progress_clear();
 	if (!o.quiet)
 		summarize(model, o.output, now() - start);
