@@ -4,6 +4,7 @@
 #include "map.h"
 
 #define DHR_SIZE_MAX 4096
+#define BLOCKS_MAX (1u << 28) /* lobes are counted in 32 bits */
 
 /* Exponent bits all set: infinity or not a number. On the bits, as compilers may assume floats to be finite. */
 static int all_finite(const void *floats, uint64_t count)
@@ -43,8 +44,8 @@ const char *rbf_check_numbers(const rbf_component *c)
 		return "symmetry";
 	if (c->mesh.bases < 1 || c->mesh.vertices < 1)
 		return "number of incidences";
-	if (c->mesh.elements < 1 && c->mesh.borders < 1)
-		return "mesh without elements";
+	if (c->mesh.borders < 1)
+		return "mesh without border";
 	if (c->frames < 1 || c->frames > RBF_MAX_FRAMES)
 		return "number of frames";
 	for (uint32_t f = 0; f < RBF_MAX_FRAMES; f++)
@@ -52,9 +53,11 @@ const char *rbf_check_numbers(const rbf_component *c)
 			return "unknown frame";
 	if (c->sets != (uint64_t)c->mesh.bases * c->frames)
 		return "number of sets";
+	if (c->blocks > BLOCKS_MAX || c->shifts > BLOCKS_MAX)
+		return "number of lobes";
 	if (c->residual > 1 || (!c->residual && c->shifts))
 		return "residual transport";
-	if (c->dhr_size < 1 || c->dhr_size > DHR_SIZE_MAX)
+	if (c->dhr_size < 2 || c->dhr_size > DHR_SIZE_MAX)
 		return "size of the reflectance table";
 	if (!all_finite(c->lambertian, 3))
 		return "Lambertian part";
@@ -82,7 +85,7 @@ static const char *check_mesh(const rbf_mesh *m)
 	}
 	for (uint32_t i = 0; i < m->borders; i++)
 		if (m->border[i][0] >= m->vertices || m->border[i][1] >= m->vertices
-			|| (m->elements && m->border[i][2] >= m->elements))
+			|| (m->border[i][2] != RBF_MESH_NO_ELEMENT && m->border[i][2] >= m->elements))
 			return "border";
 	if (m->cell_first) {
 		if (m->cell_first[0] != 0 || m->cell_first[cells] != m->cell_entries)

@@ -11,7 +11,10 @@
 #include <time.h>
 #include <unistd.h>
 
-#define CHUNK ((size_t)8 << 20) /* between two looks at the progress callback */
+/* Bytes a write. Newer kernels keep what was written at once in pages of up to that size (2 MB), and map all of such a
+ * page on the first access: one touched byte of a mapped file then counts as 2 MB resident. Measured on Linux 6.18, ext4,
+ * 20 scattered bytes: 41 MB resident after writes of 8 MB, 1.3 MB after writes of 64 kB. */
+#define CHUNK ((size_t)64 << 10)
 #define TRIES 16
 
 /* Fails with errno's text, after cleaning up. */

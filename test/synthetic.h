@@ -76,7 +76,7 @@ static inline void synthetic_indices(const synthetic *want, rbf_component *c, ui
 	for (uint32_t i = 0; i < c->mesh.borders; i++) {
 		c->mesh.border[i][0] = synthetic_random(state) % c->mesh.vertices;
 		c->mesh.border[i][1] = synthetic_random(state) % c->mesh.vertices;
-		c->mesh.border[i][2] = c->mesh.elements ? synthetic_random(state) % c->mesh.elements : 0;
+		c->mesh.border[i][2] = c->mesh.elements ? synthetic_random(state) % c->mesh.elements : RBF_MESH_NO_ELEMENT;
 	}
 	for (uint32_t i = 0; i <= cells; i++)
 		c->mesh.cell_first[i] = (uint32_t)((uint64_t)c->mesh.cell_entries * i / cells);

@@ -119,18 +119,18 @@ static double walk(const bsdfrbf_model *model)
 			rbf_bound_cell(&c->mesh, cell, &first, &last);
 			for (uint32_t e = first; e < last && e < first + 50; e++) {
 				const uint32_t entry = rbf_bound_entry(&c->mesh, c->mesh.cell_element[e]);
-				const uint32_t *corner = entry & RBF_MESH_BORDER ? c->mesh.border[entry & ~RBF_MESH_BORDER] : c->mesh.element[entry].v;
+				const int border = entry & RBF_MESH_BORDER ? 1 : 0;
+				const uint32_t *corner = border ? c->mesh.border[entry & ~RBF_MESH_BORDER] : c->mesh.element[entry].v;
 				for (int k = 0; k < 2; k++) {
-					const uint32_t base = rbf_bound_base(&c->mesh, rbf_bound_vertex(&c->mesh, corner[k]));
-					const rbf_shift *moved = c->shift_of && !(entry & RBF_MESH_BORDER)
-						? rbf_bound_shift(c, c->shift_of[6 * (size_t)entry + (size_t)k]) : NULL;
+					const uint32_t base = rbf_bound_base(c, c->mesh.vertex + rbf_bound_vertex(&c->mesh, corner[k]));
+					const rbf_shift *shift = c->shift_of && !border
+						? rbf_bound_shift(c, c->shift_of[6 * (size_t)entry + (size_t)k], base) : NULL;
 					for (uint32_t f = 0; f < c->frames; f++) {
-						uint32_t start;
-						const size_t s = (size_t)base * c->frames + f;
-						const uint32_t blocks = rbf_bound_set(c, s, &start);
-						const rbf_shift *shift = rbf_bound_set_shift(c, moved, base, s);
-						for (uint32_t b = 0; b < blocks && b < 50; b++)
-							sum += c->block[start + b].k[7] + c->amplitude[start + b].a[7] + (shift ? shift[b].z[7] : 0);
+						const rbf_set *set = rbf_bound_set(c, (size_t)base * c->frames + f);
+						const uint32_t start = set->blocks ? set->first - c->set[base * c->frames].first : 0;
+						for (uint32_t b = 0; b < set->blocks && b < 50; b++)
+							sum += c->block[set->first + b].k[7] + c->amplitude[set->first + b].a[7]
+								+ (shift ? shift[start + b].z[7] : 0);
 					}
 				}
 			}
@@ -163,8 +163,8 @@ static void test_round_trip(void **state)
 	static const synthetic want[] = {
 		{1, RBF_BILATERAL_Y, 2, 3, 1, 2, 5, 1, 1, 1, 2, 0},
 		{3, RBF_ISOTROPIC, 7, 7, 6, 2, 9000, 2, 0, 3, 64, 1},
-		{3, RBF_QUADRILATERAL, 5, 20, 30, 0, 5000, 4, 1, 70, 5, 1},
-		{1, RBF_ANISOTROPIC, 1, 1, 0, 1, 4096, 1, 0, 0, 1, 1}, /* one incidence, no lobe at all */
+		{3, RBF_QUADRILATERAL, 5, 20, 30, 1, 5000, 4, 1, 70, 5, 1},
+		{1, RBF_ANISOTROPIC, 1, 1, 0, 1, 4096, 1, 0, 0, 2, 1}, /* one incidence, no lobe at all */
 	};
 	for (unsigned mask = 1; mask < 16; mask++)
 		for (int three = 0; three < 2; three++) {
