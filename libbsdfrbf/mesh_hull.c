@@ -8,8 +8,10 @@
  * spherical convex hull. A point at -z would do as well in the middle, but it takes part in the Delaunay
  * condition and bites notches into an uneven rim, and over a notch the nearest rim point jumps.
  *
- * Regular scan plans have four points on one circle nearly everywhere; option Qt of qhull cuts such faces up.
- * No joggle: results must be the same everywhere.
+ * Regular scan plans have four points on one circle nearly everywhere. Lifting each point off the sphere by a
+ * trifle that depends on its azimuth (LIFT) makes most such faces triangles at once, which takes qhull about half
+ * the time of merging them first; what still is on one circle, across a mirror axis, option Qt cuts up. No
+ * joggle: results must be the same everywhere.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "mesh_build.h"
@@ -23,6 +25,8 @@
 #define MIN_HEIGHT 1e-5
 /* Weights are evaluated in float: with entries of the inverse above this they would be noise. */
 #define MAX_INVERSE 1e6
+/* Far above qhull's rounding, and below what would sink a point into the hull of others 1e-4 away: 1e-8 / 8. */
+#define LIFT 1e-10
 /* A rim triangle as flat as this at its inner corner joins two vertices past a third that is as good as on
  * the line between them, and would hide that third one. */
 #define FLAT_COSINE (-0.99996192306) /* 179.5 degrees */
@@ -209,7 +213,11 @@ bsdfrbf_status rbf_hull(bsdfrbf_context *context, size_t count, const double (*d
 		free(text);
 		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	}
-	memcpy(point, direction, count * sizeof *direction);
+	for (size_t i = 0; i < count; i++) {
+		const double lift = 1 + LIFT * atan2(fabs(direction[i][1]), fabs(direction[i][0]));
+		for (int k = 0; k < 3; k++)
+			point[3 * i + (size_t)k] = lift * direction[i][k];
+	}
 	memset(point + 3 * count, 0, 3 * sizeof *point);
 	char command[] = "qhull Qt Q12 Pp";
 	qh_zero(qh, messages);
