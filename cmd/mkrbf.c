@@ -115,7 +115,7 @@ static void check_output(const options *o, int files, char **file)
 	free(copy);
 }
 
-/* Options that change the result, as a text to record. Not -n, -o and files: the same data give the same bytes. */
+/* Options that change the result, as a text to record. Not -n and -o: the same data give the same bytes. */
 static void record_options(bsdfrbf_context *context, bsdfrbf_model *model, const options *o)
 {
 	char text[512] = "mkrbf";
@@ -132,7 +132,7 @@ static void record_options(bsdfrbf_context *context, bsdfrbf_model *model, const
 	bsdfrbf_set_text(context, model, "command", text);
 }
 
-/* Names of the files, one a line, as far as a text may go. */
+/* Names of the files without their folders, one a line, as far as a text may go. */
 static void record_sources(bsdfrbf_context *context, bsdfrbf_model *model, int files, char **file)
 {
 	enum { MOST = 65535 };
@@ -142,8 +142,12 @@ static void record_sources(bsdfrbf_context *context, bsdfrbf_model *model, int f
 		return;
 	}
 	*at = 0;
-	for (int i = 0; i < files && strlen(file[i]) + 2 < (size_t)(text + MOST - at); i++)
-		at += sprintf(at, "%s%s", i ? "\n" : "", file[i]);
+	for (int i = 0; i < files; i++) {
+		const char *slash = strrchr(file[i], '/'), *name = slash ? slash + 1 : file[i];
+		if (strlen(name) + 2 >= (size_t)(text + MOST - at))
+			break;
+		at += sprintf(at, "%s%s", i ? "\n" : "", name);
+	}
 	bsdfrbf_set_text(context, model, "source", text);
 	free(text);
 }
@@ -164,6 +168,9 @@ static void summarize(const bsdfrbf_model *model, const char *path, double secon
 		if (info.loo_error >= 0)
 			fprintf(stderr, "; leave-one-out error %.3f", info.loo_error);
 		fputc('\n', stderr);
+		if (info.loo_error > .5)
+			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
+				"measured ones, or measure more of them", name[c], 100 * info.loo_error);
 	}
 	struct stat status;
 	if (!stat(path, &status))
