@@ -191,6 +191,25 @@ cmp -s auto.rbf plain.rbf || no "-s auto" "another file than without"
 works "-l" "$bin/mkrbf" -q -l 40 -o few.rbf "${good[@]}"
 "$bin/rbfinfo" few.rbf | grep -qE 'lobes: [0-9]+ \(([0-9]|[1-3][0-9]|40)\.' || no "-l" "$("$bin/rbfinfo" few.rbf | grep lobes:)"
 
+# ------------------------------------------------------ colour, several components
+mkdir colour back
+for file in "${good[@]}"; do
+	awk '/^#intheta/ {print "#colorimetry: CIE-XYZ"} /^#/ {print; next} {print $1, $2, .5 * $3, $3, 2 * $3}' $file >colour/$file
+	awk '/^#intheta/ {print $1, 180 - $2; next} /^#/ {print; next} {print 180 - $1, $2, .5 * $3}' $file >back/$file
+done
+works colour "$bin/mkrbf" -q -o colour.rbf colour/*.txt
+"$bin/rbfquery" -c colour.rbf <pairs.txt | awk 'function off(a, b) {return a > 1.03 * b || b > 1.03 * a}
+	NF != 3 || off($1, .5 * $2) || off($3, 2 * $2) {bad = 1} END {exit bad || NR != 40}' || no colour "X : Y : Z is not 1 : 2 : 4"
+"$bin/rbfquery" colour.rbf <pairs.txt | paste - plain.txt | awk '$1 > 1.03 * $2 || $2 > 1.03 * $1 {exit 1}' ||
+	no colour "Y is not that of the grey files"
+"$bin/rbfinfo" colour.rbf | grep -q 'channels: X Y Z' || no colour "rbfinfo says nothing of it"
+fails "grey and colour" 'colour|CIE|channel' "$bin/mkrbf" -o new.rbf in0.txt colour/in20.txt
+works "two components" "$bin/mkrbf" -o both.rbf "${good[@]}" back/*.txt
+grep -q '^rf: ' err && grep -q '^rb: ' err || no "two components" "$(cat err)"
+"$bin/rbfquery" both.rbf <pairs.txt | cmp -s - plain.txt || no "two components" "rf is not as without the others"
+awk '{print $1, $2, -$3, $4, $5, -$6}' pairs.txt | "$bin/rbfquery" both.rbf | paste - plain.txt |
+	awk '2 * $1 > 1.03 * $2 || $2 > 1.03 * 2 * $1 {exit 1}' || no "two components" "rb is not half of rf"
+
 # ------------------------------------------------------------------- rbfquery
 python=${PYTHON:-python3}
 "$python" - <<'END' || no formats "cannot write binary queries"
