@@ -241,9 +241,13 @@ static bsdfrbf_status refuse_channels(bsdfrbf_context *context, const bsdfrbf_da
 {
 	static const char *const what[2] = {"one value (CIE Y)", "three values (CIE X, Y, Z)"};
 	const char *first = data->source ? data->source : "those added before";
-	return rbf_fail(context, BSDFRBF_ERR_DATA, "%.300s: %s a sample, but %s in %.*s: "
-		"fit files with and without colour separately", path ? path : "these samples", what[channels == 3],
-		what[data->channels == 3], (int)strcspn(first, "\n"), first);
+	size_t length = strcspn(first, "\n");
+	const size_t own = path ? strlen(path) : 0;
+	first += length > 300 ? length - 300 : 0; /* of long paths the end tells more */
+	length = length > 300 ? 300 : length;
+	return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: %s a sample, but %s in %.*s: "
+		"fit files with and without colour separately", path ? path + (own > 300 ? own - 300 : 0) : "these samples",
+		what[channels == 3], what[data->channels == 3], (int)length, first);
 }
 
 bsdfrbf_status rbf_data_join(bsdfrbf_context *context, bsdfrbf_data *data, size_t count, rbf_gather *gathers,

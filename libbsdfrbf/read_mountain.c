@@ -55,9 +55,13 @@ static bsdfrbf_status set_number(const rbf_text *text, header *h, int which, con
 {
 	rbf_word word;
 	double number;
+	char shown[48];
 	if (!rbf_word_next(value, &word))
 		return rbf_text_fail(text, text->number, BSDFRBF_ERR_SYNTAX, "#%s has no value", name);
 	RBF_TRY(rbf_text_number(text, word, name, &number));
+	if (!(fabs(number) <= 720))
+		return rbf_text_fail(text, text->number, BSDFRBF_ERR_DATA, "%s is '%s': not an angle in degrees", name,
+			rbf_word_show(word, shown));
 	if (h->number_line[which] && fabs(h->number[which] - number) > ANGLE_TOLERANCE_DEG)
 		return rbf_text_fail(text, text->number, BSDFRBF_ERR_SYNTAX, "%s differs from the one in line %zu: "
 			"a file describes one incident direction; split it, or delete the wrong line", name, h->number_line[which]);
@@ -145,6 +149,7 @@ static bsdfrbf_status header_line(const rbf_text *text, const char *start, heade
 	rbf_word key;
 	const char *value;
 	const header before = *h;
+	char shown[48];
 
 	if (!split_key(start, &key, &value))
 		return BSDFRBF_OK;
@@ -179,8 +184,8 @@ static bsdfrbf_status header_line(const rbf_text *text, const char *start, heade
 	}
 	if (first_row) {
 		if (h->channels != before.channels || fabs(h->number[UP_PHI] - before.number[UP_PHI]) > ANGLE_TOLERANCE_DEG)
-			return rbf_text_fail(text, text->number, BSDFRBF_ERR_SYNTAX, "#%.40s after the first row (line %zu): "
-				"the header must come before the rows", key.start, first_row);
+			return rbf_text_fail(text, text->number, BSDFRBF_ERR_SYNTAX, "#%s after the first row (line %zu): "
+				"the header must come before the rows", rbf_word_show(key, shown), first_row);
 		h->number[UP_PHI] = before.number[UP_PHI];
 	}
 	return BSDFRBF_OK;

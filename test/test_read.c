@@ -345,6 +345,7 @@ static void refusals(void **state)
 		{"#format: theta phi DSF\n#incident_angle 90 0\n" ROWS, "in.dat:2: incident theta of 90", BSDFRBF_ERR_DATA},
 		{"#format: theta phi DSF\n#incident_angle -30 0\n" ROWS, "in.dat:2: incident theta is outside", BSDFRBF_ERR_DATA},
 		{"#intheta .5 rad\n", "in.dat:1: 'rad' after the value", BSDFRBF_ERR_SYNTAX},
+		{"#inphi 1e5\n", "in.dat:1: inphi is '1e5': not an angle", BSDFRBF_ERR_DATA},
 		{"#intheta\n", "in.dat:1: #intheta has no value", BSDFRBF_ERR_SYNTAX},
 		{"#incident_angle 30\n", "in.dat:1: #incident_angle (phi) has no value", BSDFRBF_ERR_SYNTAX},
 		{"#incident_angle 30 0\n#intheta 40\n", "in.dat:2: intheta differs from the one in line 1", BSDFRBF_ERR_SYNTAX},
