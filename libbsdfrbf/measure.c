@@ -342,24 +342,6 @@ bsdfrbf_status bsdfrbf_data_add(bsdfrbf_context *context, bsdfrbf_data *data, co
 	return status;
 }
 
-void rbf_data_turn(bsdfrbf_data *data)
-{
-	for (int c = 0; c < 4; c++) {
-		rbf_measured *measured = &data->component[c];
-		for (size_t i = 0; i < measured->count; i++) {
-			rbf_incidence *incidence = &measured->incidence[i];
-			incidence->direction[0] = 0 - incidence->direction[0];
-			for (size_t k = 0; k < incidence->count; k++)
-				incidence->outgoing[3 * k] = 0 - incidence->outgoing[3 * k];
-		}
-	}
-	for (int c = BSDFRBF_RF; c <= BSDFRBF_TF; c += 2) { /* rf with rb, tf with tb */
-		const rbf_measured front = data->component[c];
-		data->component[c] = data->component[c + 1];
-		data->component[c + 1] = front;
-	}
-}
-
 /* ----------------------------------------------------------------- check */
 
 static void describe(const rbf_incidence *incidence, int component, char text[80])

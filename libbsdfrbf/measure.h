@@ -30,10 +30,6 @@ struct bsdfrbf_data {
 /* "front reflection (rf)" and so on, for messages. */
 const char *rbf_component_name(int component);
 
-/* Turns the sample front to back, by half a turn about the up axis (+Y): what was measured from the front was
- * measured from the back, and x changes its sign. pabopto2bsdf -t does so where #upphi is 0. */
-void rbf_data_turn(bsdfrbf_data *data);
-
 /* Is there enough to build from? Error DATA if there is nothing, or a component without any value above zero;
  * warnings about incidences without one, or with fewer than 10 samples. */
 bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data);

@@ -203,7 +203,7 @@ static void all_four_components(void **state)
 	for (int c = 0; c < 4; c++)
 		assert_int_equal(only(f, c)->count, 1);
 	assert_true(only(f, BSDFRBF_RB)->dsf[0] == 5 && only(f, BSDFRBF_TB)->dsf[0] == 4);
-	rbf_data_turn(f->data);
+	bsdfrbf_data_reverse(f->data);
 	assert_true(only(f, BSDFRBF_RF)->dsf[0] == 5 && only(f, BSDFRBF_TF)->dsf[0] == 4);
 	near_vector(only(f, BSDFRBF_RB)->direction, .5, 0, sqrt(.75));
 	near_vector(only(f, BSDFRBF_RB)->outgoing, -sin(M_PI / 18), 0, cos(M_PI / 18));
