@@ -9,7 +9,8 @@
  *
  * With -held N also written, all float32: query.bin (rows: incident x y z, outgoing x y z) for N incident directions
  * between the measured ones, on a grid of equal projected solid angle; truth.bin (f, or X Y Z if coloured); and
- * beams.bin and beams_truth.bin, the same at the maxima that the material declares.
+ * beams.bin and beams_truth.bin, the same at the maxima that the material declares. With -measured the questions are
+ * at N of the measured incident directions instead: the error of the fit alone.
  */
 #include "materials.h"
 #include <errno.h>
@@ -62,8 +63,8 @@ static void direction(double theta_deg, double phi_deg, double v[3])
 static struct {
 	uint64_t seed;
 	double noise, maxout, hole, theta[2], spoil;
-	int every, held, grid, base, peak, xyz;
-} option = {7, .02, 90, 0, {0, -1}, 0, 1, 0, 64, 2500, 3000, 0};
+	int every, held, grid, base, peak, xyz, measured;
+} option = {7, .02, 90, 0, {0, -1}, 0, 1, 0, 64, 2500, 3000, 0, 0};
 
 static const struct material *material;
 
@@ -235,6 +236,10 @@ static void hold_out(const char *folder)
 		double in[3], out[3], beam[4][3];
 		const double z = cos(lo * RADIAN) - uniform() * (cos(lo * RADIAN) - cos(hi * RADIAN)), phi = 360 * uniform();
 		direction(acos(z) / RADIAN, phi, in);
+		if (option.measured) {
+			const int index = (int)((n + .5) * (s->thetas * s->phis + 1) / option.held);
+			direction(index ? s->theta[(index - 1) / s->phis] : 0, index ? s->phi0 + (index - 1) % s->phis * s->phi_step : 0, in);
+		}
 		for (int y = 0; y < option.grid; y++)
 			for (int x = 0; x < option.grid; x++) {
 				grid_direction(x, y, out);
@@ -262,7 +267,8 @@ static void list(void)
 static void usage(void)
 {
 	fputs("usage: goniometer [-seed S] [-noise SHARE] [-spoil SHARE] [-every K] [-maxout DEG] [-hole DEG]\n"
-		"                  [-held N] [-grid N] [-theta LO HI] [-samples BASE PEAK] [-xyz] MATERIAL OUTDIR\n"
+		"                  [-held N] [-grid N] [-theta LO HI] [-measured]\n"
+		"                  [-samples BASE PEAK] [-xyz] MATERIAL OUTDIR\n"
 		"       goniometer -list\n", stderr);
 	exit(1);
 }
@@ -288,6 +294,8 @@ int main(int argc, char **argv)
 			list();
 		else if (!strcmp(o, "xyz"))
 			option.xyz = 1;
+		else if (!strcmp(o, "measured"))
+			option.measured = 1;
 		else if (!strcmp(o, "seed"))
 			option.seed = (uint64_t)number(&argv);
 		else if (!strcmp(o, "noise"))

@@ -79,7 +79,7 @@ def beam_error(folder, evaluate, channels):
     answers = np.empty((len(pairs), channels), '<f4')
     evaluate(pairs, answers)
     truth = np.fromfile(os.path.join(folder, 'beams_truth.bin'), '<f4').reshape(len(pairs), -1)
-    return np.median(np.abs(scoring.luminance(answers) / scoring.luminance(truth) - 1))
+    return float(np.median(np.abs(scoring.luminance(answers) / scoring.luminance(truth) - 1)))
 
 
 class Comparison:
