@@ -9,6 +9,7 @@
  *             f cos / DHR: bsdfrbf_sample() does that, and cTotal is bsdfrbf_dhr_scatter().
  *   Sides     The renderer may swap its two vectors, and asks tf where tb is missing; the library answers by reciprocity.
  *   Colour    Coefficients are luminances of three fixed primaries, see rbf_primary.
+ *   Through   aBSDF sends one ray straight through for a peak that it finds by probing; see rbf_find_through().
  *   Caches    SDfreeCumulativeCache() calls free() on cdList, and loadBSDF() keeps everything: cdList stays NULL, and
  *             getCDist() answers from a small ring.
  *   Forks     Renderers fork (-n); a model is immutable and nothing here opens a thread.
@@ -33,10 +34,16 @@
 #define RBF_THREAD
 #endif
 
+#define RBF_THETAS	16	/* cells of the table of through peaks */
+#define RBF_PHIS	24
+
 /* One file: the components share its model, and the last one to go closes it. */
 typedef struct {
 	bsdfrbf_model	*model;
 	int		users;
+	int		channels;	/* 1 or 3 */
+	int		any_through;
+	float		through[2][RBF_THETAS][RBF_PHIS];	/* see rbf_find_through(); 0: no peak; [1]: front */
 } RBFfile;
 
 /* What SDComponent.dist points to. */
@@ -44,7 +51,11 @@ typedef struct {
 	RBFfile		*file;
 	int		front;		/* incident side, for reflection */
 	int		transmit;
-	int		channels;	/* 1 or 3 */
+	double		probe;		/* SDSpectralDF.minProjSA, from which m_bsdf.c spaces its probes */
+	double		diffuse[2];	/* Lambertian f (luminance) for incidence from the back, front */
+	RREAL		seen[3];	/* incidence that the rest belongs to */
+	double		peak_f, peak_psa;	/* probes of the peak: smallest f, answer for each */
+	double		surround_f[2], surround_psa[2];	/* the two probes that stand for the surround */
 } RBFpart;
 
 /* State between getCDist and sampCDist. */
@@ -155,19 +166,280 @@ rbf_get_bsdfs(float coef[SDmaxCh], const FVECT inVec, const FVECT outVec, SDComp
 	VCOPY(incident, inVec);
 	VCOPY(outgoing, outVec);
 	bsdfrbf_eval_scatter(part->file->model, incident, outgoing, value);
-	if (part->channels == 1)
+	if (part->file->channels == 1)
 		coef[0] = value[0];
 	else
 		rbf_coefficients(coef, value);
-	return part->channels;
+	return part->file->channels;
+}
+
+/*
+ * aBSDF (m_bsdf.c, compute_through) looks for a narrow peak straight ahead, -v: it evaluates f on a star of 29 directions
+ * spaced by .6 sqrt(minProjSA). Those that stand out are the peak: f times their projected solid angles, added up, goes
+ * straight through, and samples closer than the root of the smallest projected solid angle of v are dropped. The others
+ * are the surround: their mean, weighted by projected solid angles, replaces f for a light source within
+ * 1.8 (sqrt(minProjSA) + sqrt(source)), whose light comes straight through already. That is made for the cells of a tree;
+ * for a smooth function the answers of queryProjSA must be chosen so that energy is conserved:
+ *   - the area of a peak (file->through) is that of a disk of RBF_PEAK sigma about -v; it holds 96 % of a Gaussian;
+ *   - minProjSA is the smallest such area, which puts the probes 1.5 sigma apart;
+ *   - each probe of the peak gets the one value with which their sum is the energy in the disk;
+ *   - two probes of the surround get nearly all its weight, so that its mean stands for the energy between the disk and
+ *     the limit for sources.
+ * Where there is no narrow peak, the answer is more than the 1.5 minProjSA that m_bsdf.c accepts.
+ */
+#define RBF_PEAK	2.5	/* radius of a peak, in sigmas */
+#define RBF_NARROW	.05	/* largest sigma of a peak, radians: more is haze, not a view */
+#define RBF_CONTRAST	.1	/* f at four sigmas, relative to the peak, must be below this */
+#define RBF_PROBES	29
+#define RBF_SUN		6.8e-5	/* solid angle of the source that a view through matters most for */
+
+/* Luminance of f without the Lambertian part. */
+static double
+rbf_scatter(const RBFfile *file, const RREAL *v1, const RREAL *v2)
+{
+	float	incident[3], outgoing[3], value[3];
+
+	VCOPY(incident, v1);
+	VCOPY(outgoing, v2);
+	bsdfrbf_eval_scatter(file->model, incident, outgoing, value);
+	return value[file->channels == 3];
+}
+
+/* f at an angle r to both sides of -v, across the plane of incidence. */
+static double
+rbf_beside(const RBFfile *file, const RREAL *v, double r)
+{
+	const double	l = sqrt(v[0]*v[0] + v[1]*v[1]);
+	FVECT		out;
+	double		x = 1, y = 0, sum = 0;
+	int		i;
+
+	if (l > 1e-6) {
+		x = -v[1]/l; y = v[0]/l;
+	}
+	for (i = -1; i <= 1; i += 2) {
+		out[0] = -v[0] + i*r*x;
+		out[1] = -v[1] + i*r*y;
+		out[2] = -v[2];
+		normalize(out);
+		sum += .5*rbf_scatter(file, v, out);
+	}
+	return sum;
+}
+
+/* Area of the through peak at incidence v, or 0. */
+static double
+rbf_peak_area(const RBFfile *file, const RREAL *v)
+{
+	const double	peak = rbf_beside(file, v, 0.), target = peak*exp(-.5);
+	double		r, f, last_r = 0, last_f = peak, sigma = 0;
+
+	if (!(peak > 0))
+		return 0;
+	for (r = .001; r < 1.3*RBF_NARROW; r *= 1.25) {	/* f falls to exp(-1/2) at sigma */
+		f = rbf_beside(file, v, r);
+		if (f <= target) {
+			sigma = last_r + (r - last_r)*(last_f - target)/(last_f - f);
+			break;
+		}
+		last_r = r; last_f = f;
+	}
+	if ((sigma <= 0) | (sigma > RBF_NARROW) || rbf_beside(file, v, 4*sigma) > RBF_CONTRAST*peak)
+		return 0;
+	return RBF_PEAK*RBF_PEAK*sigma*sigma;
+}
+
+/* Fills the table of through peaks. */
+static void
+rbf_find_through(RBFfile *file)
+{
+	FVECT	v;
+	double	theta, phi;
+	int	side, i, j;
+
+	file->any_through = 0;
+	for (side = 0; side < 2; side++)
+		for (i = 0; i < RBF_THETAS; i++)
+			for (j = 0; j < RBF_PHIS; j++) {
+				theta = .5*M_PI * (i + .5) / RBF_THETAS;
+				phi = 2*M_PI * (j + .5) / RBF_PHIS;
+				v[0] = sin(theta)*cos(phi);
+				v[1] = sin(theta)*sin(phi);
+				v[2] = side ? cos(theta) : -cos(theta);
+				file->through[side][i][j] = rbf_peak_area(file, v);
+				file->any_through |= file->through[side][i][j] > 0;
+			}
+}
+
+/* Entry of the table. */
+static double
+rbf_through(const RBFfile *file, const RREAL *v)
+{
+	int	i, j;
+
+	if (!file->any_through)
+		return 0;
+	i = acos(fabs(v[2]) < 1 ? fabs(v[2]) : 1.) * (2/M_PI*RBF_THETAS);
+	j = (atan2(v[1], v[0]) + M_PI) * (RBF_PHIS/(2*M_PI)) + RBF_PHIS/2;
+	return file->through[v[2] > 0][i < RBF_THETAS ? i : RBF_THETAS-1][j % RBF_PHIS];
+}
+
+/* Abscissas in (0, 1) and weights of the ten-point Gauss-Legendre rule on (-1, 1), by symmetry five of each. */
+static const double	rbf_gauss[5][2] = {
+	{.1488743389816312, .2955242247147529}, {.4333953941292472, .2692667193099963},
+	{.6794095682990244, .2190863625159820}, {.8650633666889845, .1494513491505806},
+	{.9739065285171717, .0666713443086881}
+};
+
+/* Energy in the disk of the given area about -v: the integral of f over projected solid angle, which is plain area in
+ * the (x, y) of directions. A peak is an ellipse there, cos(theta) times narrower in the plane of incidence. */
+static double
+rbf_disk_energy(const RBFfile *file, const RREAL *v, double radius2)
+{
+	const double	radius = sqrt(radius2), l = sqrt(v[0]*v[0] + v[1]*v[1]);
+	double		ux = 1, uy = 0, a, b, wide, high, sum = 0, z2;
+	FVECT		out;
+	int		i, j;
+
+	if (l > 1e-6) {
+		ux = v[0]/l; uy = v[1]/l;
+	}
+	wide = 4/RBF_PEAK*radius*fabs(v[2]);
+	if (wide > radius) wide = radius;
+	for (i = -5; i < 5; i++) {
+		a = wide*(i < 0 ? -rbf_gauss[-1-i][0] : rbf_gauss[i][0]);
+		high = sqrt(radius2 - a*a);
+		for (j = -5; j < 5; j++) {
+			b = high*(j < 0 ? -rbf_gauss[-1-j][0] : rbf_gauss[j][0]);
+			out[0] = -v[0] + a*ux - b*uy;
+			out[1] = -v[1] + a*uy + b*ux;
+			z2 = 1 - out[0]*out[0] - out[1]*out[1];
+			if (z2 <= 0)
+				continue;
+			out[2] = v[2] > 0 ? -sqrt(z2) : sqrt(z2);
+			sum += wide*rbf_gauss[i < 0 ? -1-i : i][1] * high*rbf_gauss[j < 0 ? -1-j : j][1] *
+					rbf_scatter(file, v, out);
+		}
+	}
+	return sum;
+}
+
+static int
+rbf_descending(const void *a, const void *b)
+{
+	const double	d = *(const double *)b - *(const double *)a;
+
+	return (d > 0) - (d < 0);
+}
+
+/* Mean of f over the disk within which a source is taken to come straight through, without the disk of the peak. */
+static double
+rbf_surround(const RBFfile *file, const RREAL *v, double radius2, double probe)
+{
+	const double	inner = sqrt(radius2);
+	const double	outer = sqrt(10/M_PI) * (sqrt(probe) + sqrt(RBF_SUN*fabs(v[2])));
+	double		sum = 0, r, z2;
+	FVECT		out;
+	int		i, j;
+
+	if (outer <= inner)
+		return 0;
+	for (i = 0; i < 10; i++)
+		for (j = 0; j < 16; j++) {
+			r = inner + (outer - inner)*.5*(1 + (i < 5 ? -rbf_gauss[i][0] : rbf_gauss[i-5][0]));
+			out[0] = -v[0] + r*cos(j*M_PI/8);
+			out[1] = -v[1] + r*sin(j*M_PI/8);
+			z2 = 1 - out[0]*out[0] - out[1]*out[1];
+			if (z2 <= 0)
+				continue;
+			out[2] = v[2] > 0 ? -sqrt(z2) : sqrt(z2);
+			sum += .5*rbf_gauss[i % 5][1] * r * rbf_scatter(file, v, out);
+		}
+	return sum * (outer - inner) * (M_PI/8) / (M_PI*outer*outer);
+}
+
+/* Works out the answers for the probes at an incidence with a peak. */
+static void
+rbf_set_probes(RBFpart *part, const RREAL *v, double radius2)
+{
+	static const float	offset[5] = {0, 0.6f, 1.2f, 1.8f, 2.4f};
+	const double		spacing = sqrt(part->probe), diffuse = part->diffuse[v[2] > 0];
+	double			f[RBF_PROBES], sum = 0, peak = 0, mean, share;
+	FVECT			out;
+	int			ring, x, y, n = 0, used = 0, first = 0, i;
+
+	for (ring = 0; ring < 5; ring++)
+		for (x = -1; x <= 1; x++)
+			for (y = -1; y <= 1; y++) {
+				if (ring ? (!x & !y) | (ring == 4 && x && y) : x | y)
+					continue;
+				out[0] = -v[0] + x*(double)offset[ring]*spacing;
+				out[1] = -v[1] + y*(double)offset[ring]*spacing;
+				out[2] = -v[2];
+				normalize(out);
+				f[n++] = diffuse + rbf_scatter(part->file, v, out);
+			}
+	qsort(f, n, sizeof(f[0]), rbf_descending);
+	for (i = 0; i < n && sum <= 8*f[i]*used; i++) {	/* the peak ends at an eighth of its mean */
+		first = i + 1;
+		if (i && f[i] == f[i-1])
+			continue;			/* equal values count once */
+		sum += f[i];
+		peak += f[i] - diffuse;
+		used++;
+	}
+	VCOPY(part->seen, v);
+	part->peak_f = f[0];
+	part->peak_psa = 0;
+	part->surround_psa[0] = part->surround_psa[1] = 0;
+	if ((peak <= 0) | (first >= n))
+		return;					/* m_bsdf.c will find no surround */
+	part->peak_f = f[first-1];
+	part->peak_psa = rbf_disk_energy(part->file, v, radius2) / peak;
+	mean = diffuse + rbf_surround(part->file, v, radius2, part->probe);
+	for (i = first; i < n-2 && f[i+1] >= mean; i++)
+		;
+	if (i > n-2)
+		i = n-2 < first ? first : n-2;
+	part->surround_f[0] = f[i];
+	part->surround_f[1] = f[i+1 < n ? i+1 : i];
+	share = part->surround_f[0] > part->surround_f[1] ?
+			(mean - part->surround_f[1]) / (part->surround_f[0] - part->surround_f[1]) : 1;
+	if (share < 0) share = 0;
+	if (share > 1) share = 1;
+	part->surround_psa[0] = 1e4*part->peak_psa*share;
+	part->surround_psa[1] = 1e4*part->peak_psa*(1 - share);
+}
+
+/* Answer of queryProjSA for v2 near -v1; smallest: that of the library. */
+static double
+rbf_through_psa(RBFpart *part, const RREAL *v1, const RREAL *v2, double smallest)
+{
+	const double	radius2 = rbf_through(part->file, v1);
+	double		f, psa = 0;
+	int		i;
+
+	if (radius2 <= 0)
+		return smallest > 2*part->probe ? smallest : 2*part->probe;
+	if ((v1[0] != part->seen[0]) | (v1[1] != part->seen[1]) | (v1[2] != part->seen[2]))
+		rbf_set_probes(part, v1, radius2);
+	f = part->diffuse[v1[2] > 0] + rbf_scatter(part->file, v1, v2);
+	if (f >= (1 - 1e-6)*part->peak_f)
+		psa = part->peak_psa;
+	else
+		for (i = 0; i < 2; i++)
+			if (fabs(f - part->surround_f[i]) <= 1e-6*f)
+				psa += part->surround_psa[i];
+	return psa > 0 ? psa : smallest;
 }
 
 /* SDFunc.queryProjSA */
 static SDError
 rbf_query_proj_sa(double *psa, const FVECT v1, const RREAL *v2, int qflags, SDComponent *sdc)
 {
-	const RBFpart	*part = sdc == NULL ? NULL : (const RBFpart *)sdc->dist;
-	float		incident[3], outgoing[3], smallest, largest;
+	RBFpart		*part = sdc == NULL ? NULL : (RBFpart *)sdc->dist;
+	float		incident[3], outgoing[3], low, high;
+	double		smallest, largest, dx, dy;
 
 	if ((psa == NULL) | (v1 == NULL) | (part == NULL))
 		return SDEargument;
@@ -180,7 +452,18 @@ rbf_query_proj_sa(double *psa, const FVECT v1, const RREAL *v2, int qflags, SDCo
 		VCOPY(outgoing, v2);
 	}
 	bsdfrbf_resolution(part->file->model, incident, v2 == NULL ? NULL : outgoing, part->transmit,
-				&smallest, &largest);
+				&low, &high);
+	smallest = low; largest = high;
+	if (v2 == NULL) {
+		if (smallest < (dx = rbf_through(part->file, v1)))
+			smallest = dx;
+	} else if (part->transmit) {
+		dx = v1[0] + v2[0]; dy = v1[1] + v2[1];
+		if (dx*dx + dy*dy <= 6.6*part->probe)	/* the farthest probe is at 2.55 roots */
+			smallest = rbf_through_psa(part, v1, v2, smallest);
+	}
+	if (largest < smallest)
+		largest = smallest;
 	switch (qflags) {
 	case SDqueryVal:
 		psa[0] = smallest;
@@ -216,7 +499,7 @@ rbf_get_cdist(const FVECT inVec, SDComponent *sdc)
 	state->part = part;
 	VCOPY(state->incident, inVec);
 	bsdfrbf_dhr_scatter(part->file->model, state->incident, part->transmit, value);
-	state->cTotal = value[part->channels == 3];
+	state->cTotal = value[part->file->channels == 3];
 	return (const SDCDst *)state;
 }
 
@@ -266,43 +549,47 @@ static const SDFunc	SDhandleRbf = {
 	&rbf_free_sc
 };
 
-#define RBF_THETAS	32
-#define RBF_PHIS	48
-
 /* Finds the largest DHR and the smallest projected solid angle over one or both incident sides. */
 static void
 rbf_extrema(SDSpectralDF *df, const RBFpart *part, int both)
 {
-	const bsdfrbf_model	*model = part->file->model;
-	float			incident[3], value[3], smallest, largest;
-	double			theta, phi;
-	int			i, j, side;
+	const RBFfile	*file = part->file;
+	float		incident[3], value[3], smallest, largest;
+	double		theta, phi, peak = 0;
+	int		i, j, side, front;
 
 	df->maxHemi = 0;
 	df->minProjSA = M_PI;
-	for (side = 0; side < 1 + both; side++)
-		for (i = 0; i < RBF_THETAS; i++) {
-			theta = .5*M_PI * i / RBF_THETAS;
-			for (j = 0; j < (i ? RBF_PHIS : 1); j++) {
-				phi = 2*M_PI * j / RBF_PHIS;
+	for (side = 0; side < 1 + both; side++) {
+		front = part->front ^ side;
+		for (i = 0; i < 2*RBF_THETAS; i++)
+			for (j = 0; j < (i ? 2*RBF_PHIS : 1); j++) {
+				theta = .5*M_PI * i / (2*RBF_THETAS);
+				phi = 2*M_PI * j / (2*RBF_PHIS);
 				incident[0] = sin(theta) * cos(phi);
 				incident[1] = sin(theta) * sin(phi);
-				incident[2] = (part->front ^ side) ? cos(theta) : -cos(theta);
-				bsdfrbf_dhr_scatter(model, incident, part->transmit, value);
-				if (value[part->channels == 3] > df->maxHemi)
-					df->maxHemi = value[part->channels == 3];
+				incident[2] = front ? cos(theta) : -cos(theta);
+				bsdfrbf_dhr_scatter(file->model, incident, part->transmit, value);
+				if (value[file->channels == 3] > df->maxHemi)
+					df->maxHemi = value[file->channels == 3];
 				if (i % 4 || j % 4)
 					continue;
-				bsdfrbf_resolution(model, incident, NULL, part->transmit, &smallest, &largest);
+				bsdfrbf_resolution(file->model, incident, NULL, part->transmit, &smallest, &largest);
 				if ((smallest > 0) & (smallest < df->minProjSA))
 					df->minProjSA = smallest;
 			}
-		}
+		for (i = 0; part->transmit && i < RBF_THETAS; i++)
+			for (j = 0; j < RBF_PHIS; j++)
+				if (file->through[front][i][j] > 0 && (peak == 0 || file->through[front][i][j] < peak))
+					peak = file->through[front][i][j];
+	}
+	if (peak > 0)
+		df->minProjSA = peak;
 }
 
 /* Makes one component; *dfp stays NULL if it would be too small to matter. */
 static SDError
-rbf_component(SDSpectralDF **dfp, RBFfile *file, bsdfrbf_component which)
+rbf_component(const SDData *sd, SDSpectralDF **dfp, RBFfile *file, bsdfrbf_component which)
 {
 	const int	transmit = (which == BSDFRBF_TF) | (which == BSDFRBF_TB);
 	SDSpectralDF	*df;
@@ -320,14 +607,17 @@ rbf_component(SDSpectralDF **dfp, RBFfile *file, bsdfrbf_component which)
 	file->users++;
 	part->front = (which == BSDFRBF_RF) | (which == BSDFRBF_TF);
 	part->transmit = transmit;
-	part->channels = bsdfrbf_channels(file->model);
+	part->diffuse[0] = sd->tLambBack.cieY * (1./M_PI);	/* as SDevalBSDF() does */
+	part->diffuse[1] = sd->tLambFront.cieY * (1./M_PI);
+	part->seen[0] = part->seen[1] = part->seen[2] = 0;
 	df->comp[0].func = &SDhandleRbf;
 	df->comp[0].dist = part;
 	df->comp[0].cspec[0] = c_dfcolor;
-	for (i = 0; part->channels == 3 && i < 3; i++)	/* bsdf2klems tells colour by cspec[2].flags */
+	for (i = 0; file->channels == 3 && i < 3; i++)	/* bsdf2klems tells colour by cspec[2].flags */
 		c_cset(&df->comp[0].cspec[i], rbf_primary[i][0], rbf_primary[i][1]);
 					/* a single transmission answers for both sides */
 	rbf_extrema(df, part, transmit && !bsdfrbf_has(file->model, which == BSDFRBF_TF ? BSDFRBF_TB : BSDFRBF_TF));
+	part->probe = df->minProjSA;
 	if (df->maxHemi <= RBF_PRUNE)
 		SDfreeSpectralDF(df);
 	else
@@ -382,6 +672,8 @@ SDloadRbf(SDData *sd, const char *fname)
 	bsdfrbf_context_free(context);
 	SDerrorDetail[0] = '\0';
 	file->users = 1;			/* ourselves */
+	file->channels = bsdfrbf_channels(file->model);
+	rbf_find_through(file);
 	sd->matn[0] = sd->makr[0] = '\0';
 	strncat(sd->matn, bsdfrbf_get_text(file->model, "name"), SDnameLn-1);
 	sd->mgf = NULL;
@@ -396,7 +688,7 @@ SDloadRbf(SDData *sd, const char *fname)
 	slot[BSDFRBF_TB] = &sd->tb;
 	for (i = 0; ec == SDEnone && i < 4; i++)
 		if (bsdfrbf_has(file->model, (bsdfrbf_component)i))
-			ec = rbf_component(slot[i], file, (bsdfrbf_component)i);
+			ec = rbf_component(sd, slot[i], file, (bsdfrbf_component)i);
 	if (--file->users == 0) {		/* purely Lambertian, or failed */
 		bsdfrbf_close(file->model);
 		free(file);
