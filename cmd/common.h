@@ -36,7 +36,7 @@ bsdfrbf_model *cmd_open(bsdfrbf_context *context, const char *path);
 void cmd_progress(bsdfrbf_context *context, int length);
 void cmd_progress_clear(void);
 
-/* SIGINT, SIGTERM and SIGHUP ask the work to stop at its next progress report; a second one ends at once. */
+/* From now on SIGINT, SIGTERM and SIGHUP ask the work to stop at its next progress report; a second one ends at once. */
 void cmd_catch_signals(void);
 int cmd_interrupted(void);
 /* Ends as the signal would have, so that shells and make see it. */

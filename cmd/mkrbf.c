@@ -208,7 +208,6 @@ int main(int argc, char **argv)
 	if (o.bar < 0)
 		o.bar = isatty(STDERR_FILENO) && !o.quiet ? 79 : 0;
 	cmd_progress(context, o.bar);
-	cmd_catch_signals();
 
 	bsdfrbf_data *data = bsdfrbf_data_new(context);
 	expect(context, data ? BSDFRBF_OK : BSDFRBF_ERR_MEMORY);
@@ -227,6 +226,7 @@ int main(int argc, char **argv)
 	expect(context, bsdfrbf_build(context, data, &o.build, &model));
 	record_options(context, model, &o);
 	record_sources(context, model, files, argv + at);
+	cmd_catch_signals(); /* from here on there is a temporary file to remove; before, a signal may end the program at once */
 	if (bsdfrbf_save(context, model, o.output) != BSDFRBF_OK)
 		expect(context, BSDFRBF_ERR_IO); /* a signal that came once the file is whole is too late */
 	cmd_progress_clear();
