@@ -87,17 +87,19 @@ static const char *check_mesh(const rbf_mesh *m)
 		if (m->border[i][0] >= m->vertices || m->border[i][1] >= m->vertices
 			|| (m->border[i][2] != RBF_MESH_NO_ELEMENT && m->border[i][2] >= m->elements))
 			return "border";
-	if (m->cell_first) {
-		if (m->cell_first[0] != 0 || m->cell_first[cells] != m->cell_entries)
+	if (m->cell_first[0] != 0 || m->cell_first[cells] != m->cell_entries)
+		return "cell";
+	for (uint32_t i = 0; i < cells; i++) {
+		const uint32_t first = m->cell_first[i], last = m->cell_first[i + 1];
+		if (first > last || last > m->cell_entries)
 			return "cell";
-		for (uint32_t i = 0; i < cells; i++)
-			if (m->cell_first[i] > m->cell_first[i + 1])
-				return "cell";
-	}
-	for (uint32_t i = 0; i < m->cell_entries; i++) {
-		const uint32_t e = m->cell_element[i];
-		if (e & RBF_MESH_BORDER ? (e & ~RBF_MESH_BORDER) >= m->borders : e >= m->elements)
-			return "cell entry";
+		for (uint32_t k = first; k < last; k++) {
+			const uint32_t e = m->cell_element[k];
+			if (e & RBF_MESH_BORDER ? (e & ~RBF_MESH_BORDER) >= m->borders : e >= m->elements)
+				return "cell entry";
+			if (k > first && m->cell_element[k - 1] & ~e & RBF_MESH_BORDER) /* borders come behind elements */
+				return "order of a cell";
+		}
 	}
 	return NULL;
 }

@@ -80,9 +80,14 @@ static inline void synthetic_indices(const synthetic *want, rbf_component *c, ui
 	}
 	for (uint32_t i = 0; i <= cells; i++)
 		c->mesh.cell_first[i] = (uint32_t)((uint64_t)c->mesh.cell_entries * i / cells);
-	for (uint32_t i = 0; i < c->mesh.cell_entries; i++)
-		c->mesh.cell_element[i] = (i % 3 == 2 || !c->mesh.elements) && c->mesh.borders
-			? RBF_MESH_BORDER | i % c->mesh.borders : i % c->mesh.elements;
+	for (uint32_t i = 0; i < cells; i++)
+		for (uint32_t first = c->mesh.cell_first[i], n = first, last = c->mesh.cell_first[i + 1]; n < last; n++) {
+			/* ascending: elements, then borders */
+			const uint32_t half = first + (last - first + 1) / 2;
+			c->mesh.cell_element[n] = n < half && c->mesh.elements
+				? (uint32_t)((uint64_t)(n - first) * c->mesh.elements / (half - first))
+				: RBF_MESH_BORDER | (n < half ? 0 : (uint32_t)((uint64_t)(n - half) * c->mesh.borders / (last - half)));
+		}
 	for (uint32_t i = 0; i < c->sets; i++) {
 		set[i].first = i * want->blocks_per_set;
 		set[i].blocks = want->blocks_per_set;
