@@ -201,8 +201,10 @@ static void check_structure(const rbf_mesh *m, const plan *plan, long exclude)
 		const rbf_vertex *v = &m->vertex[i];
 		assert_true(v->base < plan->count && (long)v->base != exclude && v->op < 4);
 		assert_true(v->direction[2] >= 0);
-		if (m->symmetry == RBF_ISOTROPIC)
+		if (m->symmetry == RBF_ISOTROPIC) {
+			assert_true(v->op == (v->direction[0] < 0 ? RBF_OP_X : RBF_OP_NONE));
 			continue;
+		}
 		const float base[3] = { (float)plan->d[v->base][0], (float)plan->d[v->base][1], (float)plan->d[v->base][2] };
 		float image[3];
 		rbf_mirror(v->op, base, image);
@@ -538,6 +540,49 @@ static void test_folds(void **state)
 	rbf_mesh_free(&m);
 }
 
+/* A group's mesh places a direction as the mesh of all images, spelled out, does: at the same distance outside, and
+ * exactly inside. */
+static void test_images(void **state)
+{
+	(void)state;
+	static const rbf_symmetry group[] = { RBF_BILATERAL_X, RBF_BILATERAL_Y, RBF_UP, RBF_QUADRILATERAL };
+	random_state = 21;
+	for (int trial = 0; trial < 40; trial++) {
+		int op[4];
+		const int ops = rbf_symmetry_ops(group[trial % 4], op);
+		scratch.count = 0;
+		for (int i = 0; i < 12; i++)
+			if (trial < 20) /* along a tilted plane: under rotation the nearest rim may lie across y = 0 */
+				add(&scratch, 5 + 6 * i, 20 + 15 * uniform());
+			else
+				add(&scratch, 20 + 50 * uniform(), 360 * uniform());
+		rbf_mesh m = build(group[trial % 4], &scratch, -1);
+		for (int k = 1; k < ops; k++)
+			for (int i = 0; i < 12; i++) {
+				double *d = scratch.d[scratch.count++];
+				memcpy(d, scratch.d[i], sizeof scratch.d[i]);
+				d[0] = op[k] & RBF_OP_X ? -d[0] : d[0];
+				d[1] = op[k] & RBF_OP_Y ? -d[1] : d[1];
+			}
+		rbf_mesh all = build(RBF_ANISOTROPIC, &scratch, -1);
+		for (int i = 0; i < 400; i++) {
+			uint32_t corner[3];
+			float d[3], w[3];
+			double p[3], q[3];
+			random_direction(m.symmetry, RBF_PI / 2, d);
+			const double dd[3] = { d[0], d[1], d[2] };
+			rbf_mesh_locate(&m, d, corner, w);
+			reproduced(&m, corner, w, p);
+			rbf_mesh_locate(&all, d, corner, w);
+			reproduced(&all, corner, w, q);
+			if (fabs(distance(p, dd) - distance(q, dd)) > 5e-5)
+				fail_msg("group %c: %g and %g away", group[trial % 4], distance(p, dd), distance(q, dd));
+		}
+		rbf_mesh_free(&m);
+		rbf_mesh_free(&all);
+	}
+}
+
 static void test_degenerate(void **state)
 {
 	(void)state;
@@ -570,9 +615,34 @@ static void test_degenerate(void **state)
 			}
 			rbf_mesh_free(&m);
 		}
+	/* what is closer than a device can tell is one vertex */
+	scratch.count = 0;
+	add(&scratch, 0, 0);
+	add(&scratch, 40, 0);
+	add(&scratch, 40.001, 0);
+	add(&scratch, 40, 90);
+	add(&scratch, 40, 89.999);
+	add(&scratch, 40, 200);
+	rbf_mesh m = build(RBF_ANISOTROPIC, &scratch, -1);
+	assert_int_equal(m.vertices, 4);
+	rbf_mesh_free(&m);
+	/* a rim all on the horizon is a closed chain */
+	scratch.count = 0;
+	for (int p = 0; p < 360; p += 72)
+		add(&scratch, 90, p);
+	m = build(RBF_ANISOTROPIC, &scratch, -1);
+	assert_int_equal(m.borders, 5);
+	rbf_mesh_free(&m);
+	/* a flat triangle stays where its inner corner has no other */
+	scratch.count = 0;
+	add(&scratch, 40, 0);
+	add(&scratch, .15, 90);
+	add(&scratch, 40, 180);
+	m = build(RBF_ANISOTROPIC, &scratch, -1);
+	assert_int_equal(m.elements, 1);
+	rbf_mesh_free(&m);
 	/* nothing left: a DATA error, and nothing to free */
 	bsdfrbf_context *context = bsdfrbf_context_new();
-	rbf_mesh m;
 	scratch.count = 0;
 	add(&scratch, 10, 10);
 	assert_int_equal(rbf_mesh_build(context, RBF_ANISOTROPIC, 1, &scratch.d[0][0], 0, &m), BSDFRBF_ERR_DATA);
@@ -779,6 +849,7 @@ int main(void)
 		cmocka_unit_test(test_plans),
 		cmocka_unit_test(test_isotropic),
 		cmocka_unit_test(test_folds),
+		cmocka_unit_test(test_images),
 		cmocka_unit_test(test_degenerate),
 		cmocka_unit_test(test_odd_queries),
 		cmocka_unit_test(test_stress),
