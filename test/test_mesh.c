@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Symmetry from coverage, the mesh of incident directions, and its locator against a brute-force search. */
+/* The mesh of incident directions, and its locator against a brute-force search. */
 #define _POSIX_C_SOURCE 200809L
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,16 +12,7 @@
 #include <cmocka.h>
 
 #include "../libbsdfrbf/mesh_build.h"
-
-#define DEGREE (RBF_PI / 180)
-#define MAX_PLAN 6000
-
-typedef struct plan {
-	size_t count;
-	double d[MAX_PLAN][3];
-} plan;
-
-static plan scratch;
+#include "plans.h"
 
 static uint64_t random_state;
 
@@ -36,32 +27,6 @@ static double seconds(void)
 	struct timespec t;
 	clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
 	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static void polar(double theta_deg, double phi_deg, double d[3])
-{
-	const double t = theta_deg * DEGREE, p = phi_deg * DEGREE;
-	d[0] = sin(t) * cos(p);
-	d[1] = sin(t) * sin(p);
-	d[2] = cos(t);
-}
-
-static void add(plan *p, double theta_deg, double phi_deg)
-{
-	assert_true(p->count < MAX_PLAN);
-	polar(theta_deg, phi_deg, p->d[p->count++]);
-}
-
-/* Rings at theta from, from + step, ... to, azimuths likewise; with the pole if asked. */
-static plan *rings(int pole, double from, double to, double step, double phi_from, double phi_to, double phi_step)
-{
-	scratch.count = 0;
-	if (pole)
-		add(&scratch, 0, 0);
-	for (double t = from; t <= to + 1e-9; t += step)
-		for (double p = phi_from; p <= phi_to + 1e-9; p += phi_step)
-			add(&scratch, t, p);
-	return &scratch;
 }
 
 static void random_direction(rbf_symmetry symmetry, double theta_max, float d[3])
@@ -754,97 +719,9 @@ static void test_time(void **state)
 	}
 }
 
-/* ----------------------------------------------------------------------- symmetry */
-
-static char warned[400];
-
-static void on_warning(void *user, const char *text)
-{
-	(void)user;
-	snprintf(warned, sizeof warned, "%s", text);
-}
-
-/* Expected: a symmetry and no text, or 0 and a piece of the message. */
-static void choose(const plan *p, char asked, int expected, const char *text)
-{
-	bsdfrbf_context *context = bsdfrbf_context_new();
-	rbf_symmetry_choice choice = { RBF_ANISOTROPIC, "" };
-	warned[0] = 0;
-	bsdfrbf_set_warning(context, on_warning, NULL);
-	const bsdfrbf_status status = rbf_symmetry_choose(context, p->count, &p->d[0][0], asked, &choice);
-	if (expected) {
-		if (status != BSDFRBF_OK)
-			fail_msg("refused: %s", bsdfrbf_message(context));
-		if (choice.symmetry != (rbf_symmetry)expected)
-			fail_msg("%c instead of %c: %s", choice.symmetry, expected, choice.text);
-		if (text && !strstr(choice.text, text))
-			fail_msg("'%s' instead of '%s'", choice.text, text);
-	} else {
-		assert_int_equal(status, BSDFRBF_ERR_DATA);
-		if (!strstr(bsdfrbf_message(context), text))
-			fail_msg("message '%s' lacks '%s'", bsdfrbf_message(context), text);
-	}
-	bsdfrbf_context_free(context);
-}
-
-static void test_symmetry(void **state)
-{
-	(void)state;
-	choose(rings(0, 0, 80, 8, 0, 0, 1), 0, RBF_ISOTROPIC, "isotropic (azimuth 0 measured)");
-	choose(rings(0, 10, 80, 10, 137, 137, 1), 0, RBF_ISOTROPIC, "azimuth 137");
-	choose(rings(1, 10, 80, 10, 359.8, 360.3, .5), 0, RBF_ISOTROPIC, NULL);
-	choose(rings(1, 10, 80, 10, 0, 90, 15), 0, RBF_QUADRILATERAL, "azimuths 0 to 90");
-	choose(rings(1, 10, 80, 10, 270, 360, 15), 0, RBF_QUADRILATERAL, "azimuths 270 to 360");
-	choose(rings(1, 10, 80, 10, 97.5, 172.5, 15), 0, RBF_QUADRILATERAL, NULL);
-	choose(rings(1, 12, 72, 12, 0, 180, 20), 0, RBF_BILATERAL_Y, "mirror y (azimuths 0 to 180 measured)");
-	choose(rings(1, 12, 72, 12, 180, 360, 20), 0, RBF_BILATERAL_Y, NULL);
-	choose(rings(1, 12, 72, 12, 90, 270, 20), 0, RBF_BILATERAL_X, "mirror x");
-	choose(rings(1, 12, 72, 12, -90, 90, 20), 0, RBF_BILATERAL_X, "azimuths 270 to 450");
-	choose(rings(1, 15, 75, 15, 0, 359, 24), 0, RBF_ANISOTROPIC, "azimuths 0 to 360");
-	choose(rings(1, 12, 72, 12, 0, 180, 20), 'U', RBF_UP, "asked for");
-	choose(rings(1, 12, 72, 12, 45, 225, 20), 'U', RBF_UP, NULL);
-	choose(rings(1, 12, 72, 12, 0, 180, 20), 'B', RBF_BILATERAL_Y, NULL);
-	choose(rings(1, 15, 75, 15, 0, 359, 15), 'Q', RBF_QUADRILATERAL, NULL);
-	choose(rings(1, 15, 75, 15, 0, 359, 15), 'I', RBF_ISOTROPIC, NULL);
-	choose(rings(1, 15, 75, 15, 0, 359, 15), 'B', RBF_BILATERAL_Y, NULL);
-	/* holes */
-	choose(rings(1, 12, 72, 12, 45, 225, 20), 0, 0, "missing 225 to 405");
-	choose(rings(1, 12, 72, 12, 45, 225, 20), 0, 0, "-s U");
-	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "missing 270 to 360");
-	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "-s B");
-	choose(rings(1, 10, 80, 10, 0, 270, 15), 'B', RBF_BILATERAL_Y, NULL);
-	choose(rings(1, 12, 72, 12, 0, 180, 20), 'A', 0, "missing 180 to 360");
-	choose(rings(1, 10, 80, 10, 0, 90, 15), 'A', 0, "missing 90 to 360");
-	choose(rings(1, 10, 80, 10, 0, 90, 15), 'U', 0, "missing 90 to 180, 270 to 360");
-	choose(rings(1, 10, 80, 10, 0, 90, 15), 'B', 0, "missing 90 to 270");
-	choose(rings(1, 10, 80, 10, 0, 45, 15), 0, 0, "missing 45 to 135, 225 to 315");
-	choose(rings(1, 10, 80, 10, 0, 0, 15), 'A', 0, "-s I");
-	scratch.count = 0; /* quadrants 1 and 3 */
-	for (int p = 0; p <= 90; p += 15) {
-		add(&scratch, 30, p);
-		add(&scratch, 60, p + 180);
-	}
-	choose(&scratch, 0, 0, "missing 90 to 180, 270 to 360");
-	choose(&scratch, 0, 0, "-s Q");
-	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "missing"); /* one plane, both sides */
-	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "-s I");
-	choose(rings(1, 10, 80, 10, 0, 90, 90), 0, RBF_QUADRILATERAL, NULL); /* coarse, but it covers */
-	assert_true(strstr(warned, "between 0 and 90") != NULL);
-	/* normal incidence has no azimuth */
-	scratch.count = 0;
-	add(&scratch, .4, 200);
-	choose(&scratch, 0, RBF_ISOTROPIC, "normal incidence only");
-	for (int t = 10; t < 80; t += 10)
-		add(&scratch, t, 45);
-	choose(&scratch, 0, RBF_ISOTROPIC, "azimuth 45");
-	rbf_symmetry_choice choice;
-	assert_int_equal(rbf_symmetry_choose(NULL, scratch.count, &scratch.d[0][0], 'Z', &choice), BSDFRBF_ERR_ARGUMENT);
-}
-
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_symmetry),
 		cmocka_unit_test(test_hull),
 		cmocka_unit_test(test_plans),
 		cmocka_unit_test(test_isotropic),
