@@ -11,6 +11,12 @@ typedef struct place {
 	float weight[3];
 } place;
 
+/* fminf() is a call unless the compiler may assume finite numbers. */
+static inline float least(float a, float b)
+{
+	return a < b ? a : b;
+}
+
 /* Weights in an element, normalised but not clipped. */
 static void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
 {
@@ -19,16 +25,16 @@ static void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], 
 	const float sum = w0 + w1 + w2;
 	if (!(sum > 0))
 		return;
-	const float quality = fminf(fminf(w0, w1), w2) / sum;
+	const float scale = 1 / sum, quality = least(least(w0, w1), w2) * scale;
 	if (quality > best->quality)
-		*best = (place){ index, quality, { w0 / sum, w1 / sum, w2 / sum } };
+		*best = (place){ index, quality, { w0 * scale, w1 * scale, w2 * scale } };
 }
 
 static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place *best)
 {
 	const rbf_element *e = &mesh->element[index];
 	const float t = (theta - e->inverse[0][0]) * e->inverse[0][1];
-	const float quality = fminf(t, 1 - t);
+	const float quality = least(t, 1 - t);
 	if (quality > best->quality)
 		*best = (place){ index, quality, { 1 - t, t, 0 } };
 }
@@ -77,11 +83,12 @@ static uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[
 			corner[k] = mesh->element[index].v[k];
 	float sum = 0;
 	for (int k = 0; k < 3; k++) {
-		weight[k] = fmaxf(best->weight[k], 0);
+		weight[k] = best->weight[k] > 0 ? best->weight[k] : 0;
 		sum += weight[k];
 	}
+	const float scale = 1 / sum;
 	for (int k = 0; k < 3; k++)
-		weight[k] /= sum;
+		weight[k] *= scale;
 	return best->item;
 }
 
