@@ -265,7 +265,7 @@ static void white(const double i[3], const double o[3], double xyz[3])
 	grey(xyz, o[2] > 0 ? .8/PI * (1 - schlick(.04, i[2])) * (1 - schlick(.04, o[2])) * 1.05 + sheen*schlick(.04, c) : 0);
 }
 
-/* Grating: orders shift the tangential components by a constant along x; an order whose components leave the unit
+/* Blazed grating (its side orders differ): orders shift the tangential components by a constant along x; an order whose components leave the unit
  * disk is evanescent. Gaussian in the components, so that f is carried unchanged. */
 static const double grating_order[3][2] = {{0, .35}, {.38, .3}, {-.38, .15}};
 static void grating(const double i[3], const double o[3], double xyz[3])
@@ -352,7 +352,7 @@ const struct material materials[] = {
 	{"narrow", "peak of 0.6 degrees beside a broad base", "isotropic", 0, 0, ISO, .255, narrow, mirrored},
 	{"translucent", "volume-scattering sheet", "isotropic", 1, 0, ISO, 0, translucent, NULL},
 	{"white", "diffuse white with sheen", "isotropic", 0, 0, ISO, 0, white, NULL},
-	{"grating", "grating with two side beams", "quadrilateral", 1, 0, {7, 7, {10, 20, 30, 40, 50, 60, 70}, 0, 15}, 0, grating, grating_beams},
+	{"grating", "blazed grating with two side beams", "bilateral", 1, 0, {6, 10, {12, 24, 36, 48, 60, 70}, 0, 20}, 0, grating, grating_beams},
 	{"film", "colour-shifting film", "isotropic", 0, 1, ISO, 0, film, mirrored},
 	{"askew", "brushed metal turned by 25 degrees", "anisotropic", 0, 0, {5, 18, {15, 30, 45, 60, 75}, 0, 20}, 0, askew, mirrored},
 };
