@@ -12,6 +12,7 @@
 
 static const double SAME_DEG = .25;      /* incidences closer than this are one */
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
+enum { FIT_TRIALS = 6, FIT_HOLD = 8, LOBES_LEAST = 50, LOBES_START = 150, LOBES_MOST = 1200 };
 static const char *const component_name[4] = {"rf", "rb", "tf", "tb"};
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
@@ -27,6 +28,7 @@ typedef struct job {
 	double *direction;
 	rbf_symmetry_choice symmetry;
 	float *fit_error;
+	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
 	rbf_choice choice;
 } job;
@@ -123,6 +125,54 @@ static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
 	return BSDFRBF_OK;
 }
 
+/* Mean held-out error of fits with `lobes` lobes at a few incidences; < 0: out of memory. */
+static double trial_fits(const job *j, int channels, const float lambertian[3], uint32_t lobes)
+{
+	const int64_t bases = (int64_t)j->measured.count, trials = bases < FIT_TRIALS ? bases : FIT_TRIALS;
+	float error[FIT_TRIALS];
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t t = 0; t < trials; t++) {
+		rbf_lobes fitted;
+		failed |= rbf_fit(&j->measured.incidence[(2*t + 1) * bases / (2*trials)], channels, lambertian, lobes, FIT_HOLD, &fitted, &error[t]) != 0;
+		rbf_lobes_free(&fitted);
+	}
+	double sum = 0;
+	for (int64_t t = 0; t < trials; t++)
+		sum += (double)fmaxf(error[t], 0);
+	return failed ? -1 : sum / (double)trials;
+}
+
+/* How many lobes the data are worth: doubled while that lowers the error of held-out samples, else halved while it does not
+ * raise it. */
+static int lobes_from_data(const job *j, int channels, const float lambertian[3], uint32_t *lobes, double *error)
+{
+	*lobes = LOBES_START;
+	if ((*error = trial_fits(j, channels, lambertian, *lobes)) < 0)
+		return -1;
+	int grew = 0;
+	while (*lobes < LOBES_MOST) {
+		const double more = trial_fits(j, channels, lambertian, 2 * *lobes);
+		if (more < 0)
+			return -1;
+		if (more > .95 * *error)
+			break;
+		*lobes *= 2;
+		*error = more;
+		grew = 1;
+	}
+	while (!grew && *lobes > LOBES_LEAST) {
+		const double fewer = trial_fits(j, channels, lambertian, *lobes / 2);
+		if (fewer < 0)
+			return -1;
+		if (fewer > 1.03 * *error)
+			break;
+		*lobes /= 2;
+		*error = fewer;
+	}
+	return 0;
+}
+
 static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, job *j, rbf_component *c)
 {
 	const int64_t bases = (int64_t)j->measured.count;
@@ -136,6 +186,10 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	j->fit_error = malloc(((size_t)bases + 1) * sizeof *j->fit_error);
 	if (!m->lobes || !j->fit_error)
 		return out_of_memory(context);
+	double error = -1;
+	if (!lobes && lobes_from_data(j, channels, c->lambertian, &lobes, &error))
+		return out_of_memory(context);
+	j->held_out = (float)error;
 	int failed = 0;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < bases; b++)
@@ -255,8 +309,6 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_comp
 	if (!info)
 		return out_of_memory(context);
 	const uint32_t y = rbf_luminance(m->channels);
-	double fit = 0;
-	uint32_t fits = 0;
 	for (uint32_t b = 0; b < m->bases; b++) {
 		float value[3];
 		for (int n = 0; n < 3; n++)
@@ -266,12 +318,8 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_comp
 		info[b].dhr = value[y] + c->lambertian[y];
 		info[b].fit_error = j->fit_error[b];
 		info[b].loo_error = j->choice.base_error[b];
-		if (j->fit_error[b] >= 0) {
-			fit += (double)j->fit_error[b];
-			fits++;
-		}
 	}
-	c->facts.fit_error = fits ? (float)(fit / fits) : -1;
+	c->facts.fit_error = j->held_out;
 	c->facts.loo_error = j->choice.error;
 	c->facts.asymmetry = -1;
 	memcpy(c->facts.frame_share, j->choice.share, sizeof c->facts.frame_share);
@@ -289,7 +337,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		RBF_TRY(turn_isotropic(context, j));
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	RBF_TRY(fit_all(context, name, channels, o->lobes > 0 ? (uint32_t)o->lobes : RBF_FIT_LOBES, j, c));
+	RBF_TRY(fit_all(context, name, channels, (uint32_t)o->lobes, j, c));
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, -1, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
@@ -312,6 +360,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, const bsdfrbf_build_options *o, bsdfrbf_model *model)
 {
 	int components = 0, done = 0;
+	RBF_TRY(rbf_data_check(context, data));
 	for (int i = 0; i < 4; i++)
 		components += data->component[i].count > 0;
 	model->channels = (uint32_t)data->channels;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "bounds.h"
 #include "evaluate.h"
 
 #include <string.h>
@@ -11,7 +12,7 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 		if (!(weight[n] > 1e-6f))
 			continue;
 		const uint32_t k = site->corners++;
-		site->base[k] = vertex[n].base;
+		site->base[k] = rbf_bound_base(c, &vertex[n]);
 		site->vertex_op[k] = vertex[n].op;
 		site->weight[k] = weight[n];
 		site->shift[k][0] = site->shift[k][1] = NULL;
@@ -80,7 +81,7 @@ void rbf_site_locate(const rbf_component *component, const float incident[3], rb
 				if (l != n && corner[l] == v[other] && corner[l] != corner[n])
 					w += weight[l];
 			if (at != RBF_NO_SHIFT && w > 1e-6f) {
-				site->shift[k][m] = component->shift + at;
+				site->shift[k][m] = rbf_bound_shift(component, at, site->base[k]);
 				site->shift_weight[k][m] = w;
 			}
 		}
@@ -125,7 +126,7 @@ void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const
 {
 	const rbf_component *c = site->component;
 	const uint32_t s = site->base[corner] * c->frames + frame;
-	const rbf_set *set = &c->set[s];
+	const rbf_set *set = rbf_bound_set(c, s);
 	value[0] = value[1] = value[2] = 0;
 	if (!set->blocks)
 		return;
@@ -148,8 +149,8 @@ void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const
 		rbf_square_from_direction(job.direction, square);
 		int cell[2];
 		for (int n = 0; n < 2; n++) {
-			cell[n] = (int)((square[n] + 1) * (RBF_CULL_GRID * .5f));
-			cell[n] = cell[n] < 0 ? 0 : cell[n] >= RBF_CULL_GRID ? RBF_CULL_GRID - 1 : cell[n];
+			const float t = (square[n] + 1) * (RBF_CULL_GRID * .5f); /* may be not a number */
+			cell[n] = t > 0 ? t < RBF_CULL_GRID ? (int)t : RBF_CULL_GRID - 1 : 0;
 		}
 		job.mask = c->cull[(size_t)s * (RBF_CULL_GRID * RBF_CULL_GRID) + (size_t)(cell[1] * RBF_CULL_GRID + cell[0])];
 	}

@@ -2,15 +2,17 @@
 /*
  * Lobe fit of one incidence: DSF(w) = sum a_j exp(-kappa_j |w - c_j|^2 / 2), a >= 0.
  * Centres are samples, taken farthest first in a metric that shrinks where the signal is high; widths follow the
- * spacing of the centres; amplitudes are a non-negative least-squares solution by coordinate descent on the Gram matrix.
+ * spacing of the centres; amplitudes are the non-negative least-squares solution.
  */
 #include "fit.h"
 #include "neighbours.h"
+#include "nonnegative.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { SMOOTH = 8, SPACING = 5, SWEEPS = 400 };
+enum { SMOOTH = 8, SPACING = 5, GROUP = 16, FLOOR_PLACES = 1500, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16 };
+static const float PEAK_MIN = .01f, PEAK_PART = .05f; /* of the highest peak; of a peak's own height */
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
@@ -18,27 +20,25 @@ static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
 static const double RIDGE = 1e-5;
 static const double WEIGHT_FLOOR = 1e-3;
 static const double CUT = 5;            /* sigmas beyond which a lobe is left out of the equations: exp(-12.5) */
-static const double STEP = 1e-5;        /* relative to the largest amplitude's effect: convergence */
 
 /* Working arrays of one fit. */
 typedef struct work {
 	size_t n;                 /* samples in use */
-	float (*w)[3];            /* directions */
+	rbf_tree tree;
+	float (*w)[3];            /* directions: the tree's points */
 	float *y[3];              /* DSF less the Lambertian part */
 	float *smooth;            /* geometric mean of the neighbours, luminance */
 	float *spacing, *nearest;
+	const float *level;       /* luminance of y */
 	uint32_t lobes;
 	float (*centre)[3];
 	float *kappa;
-	size_t *first;            /* sparse basis, by sample: entries first[i] .. first[i+1]-1 */
-	uint32_t *column;
-	float *value;
-	double *gram, *right, *gradient, *amplitude;
+	double *gram, *right, *amplitude; /* normal equations and their solution, the latter two by channel */
 } work;
 
 static void work_free(work *k)
 {
-	free(k->w);
+	rbf_tree_free(&k->tree);
 	for (int c = 0; c < 3; c++)
 		free(k->y[c]);
 	free(k->smooth);
@@ -46,50 +46,51 @@ static void work_free(work *k)
 	free(k->nearest);
 	free(k->centre);
 	free(k->kappa);
-	free(k->first);
-	free(k->column);
-	free(k->value);
 	free(k->gram);
 	free(k->right);
-	free(k->gradient);
 	free(k->amplitude);
 }
 
+/* Samples in use, in the order of a tree: near ones follow each other. */
 static int gather(work *k, const rbf_incidence *in, int channels, const float lambertian[3], uint32_t hold)
 {
-	k->w = malloc(in->count * sizeof *k->w);
+	float (*w)[3] = malloc((in->count + 1) * sizeof *w);
+	size_t *from = malloc((in->count + 1) * sizeof *from);
 	for (int c = 0; c < channels; c++)
-		k->y[c] = malloc(in->count * sizeof(float));
-	k->smooth = malloc(in->count * sizeof(float));
-	k->spacing = malloc(in->count * sizeof(float));
-	k->nearest = malloc(in->count * sizeof(float));
-	if (!k->w || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->spacing || !k->nearest)
-		return -1;
-	for (size_t i = 0; i < in->count; i++) {
+		k->y[c] = malloc((in->count + 1) * sizeof(float));
+	k->smooth = malloc((in->count + 1) * sizeof(float));
+	k->spacing = malloc((in->count + 1) * sizeof(float));
+	k->nearest = malloc((in->count + 1) * sizeof(float));
+	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->spacing || !k->nearest;
+	for (size_t i = 0; i < in->count && !failed; i++) {
 		if (hold > 1 && i % hold == hold / 2)
 			continue;
 		for (int a = 0; a < 3; a++)
-			k->w[k->n][a] = (float)in->outgoing[3*i + (size_t)a];
-		for (int c = 0; c < channels; c++)
-			k->y[c][k->n] = in->dsf[i * (size_t)channels + (size_t)c] - lambertian[c] * (float)(in->outgoing[3*i + 2] / RBF_PI);
-		k->n++;
+			w[k->n][a] = (float)in->outgoing[3*i + (size_t)a];
+		from[k->n++] = i;
 	}
-	return 0;
+	failed = failed || rbf_tree_build(&k->tree, k->n, (const float (*)[3])w);
+	for (size_t i = 0; i < k->n && !failed; i++) {
+		const size_t sample = from[k->tree.index[i]];
+		k->tree.index[i] = (uint32_t)i;
+		for (int c = 0; c < channels; c++)
+			k->y[c][i] = in->dsf[sample * (size_t)channels + (size_t)c] - lambertian[c] * k->tree.point[i][2] * (float)(1 / RBF_PI);
+	}
+	k->w = k->tree.point;
+	free(w);
+	free(from);
+	return failed ? -1 : 0;
 }
 
 /* Geometric mean of the nearest samples: a value that noise and outliers hardly move. */
-static int smooth(work *k, const float *y)
+static void smooth(work *k, const float *y)
 {
-	rbf_tree tree;
-	if (rbf_tree_build(&tree, k->n, (const float (*)[3])k->w))
-		return -1;
 	float top = 0;
 	for (size_t i = 0; i < k->n; i++)
 		top = fmaxf(top, y[i]);
 	if (!(top > 0)) {
 		memset(k->smooth, 0, k->n * sizeof *k->smooth);
-		rbf_tree_free(&tree);
-		return 0;
+		return;
 	}
 	const float low = 1e-6f * top;
 	float *logarithm = k->nearest;
@@ -98,18 +99,129 @@ static int smooth(work *k, const float *y)
 	for (size_t i = 0; i < k->n; i++) {
 		uint32_t index[SMOOTH];
 		float distance[SMOOTH], sum = 0;
-		const int found = rbf_tree_nearest(&tree, k->w[i], SMOOTH, index, distance);
+		const int found = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH, index, distance);
 		for (int j = 0; j < found; j++)
 			sum += logarithm[index[j]];
 		k->smooth[i] = expf(sum / (float)found);
 	}
-	rbf_tree_free(&tree);
+}
+
+/* The farthest-point order is a hierarchy: its first quarter covers the same ground at twice the spacing. Each such level adds
+ * its centres once more with the width of its own spacing, so that smooth parts can be carried by few wide lobes. */
+static int widths(work *k)
+{
+	const uint32_t finest = k->lobes;
+	for (uint32_t level = finest; level >= LEVEL_MIN || level == finest; level /= LEVEL_RATIO) {
+		rbf_tree tree;
+		if (rbf_tree_build(&tree, level, (const float (*)[3])k->centre))
+			return -1;
+		for (uint32_t j = 0; j < level; j++) {
+			uint32_t index[SPACING + 1];
+			float distance[SPACING + 1];
+			double sum = 0;
+			const int found = rbf_tree_nearest(&tree, k->centre[j], SPACING + 1, index, distance);
+			for (int i = 0; i < found; i++)
+				sum += sqrt((double)distance[i]); /* its own is 0 */
+			double sigma = found > 1 ? WIDTH * sum / (found - 1) : SIGMA_MAX;
+			sigma = fmin(fmax(sigma, SIGMA_MIN), SIGMA_MAX);
+			const uint32_t at = level == finest ? j : k->lobes++;
+			memcpy(k->centre[at], k->centre[j], sizeof *k->centre);
+			k->kappa[at] = (float)(1 / (sigma * sigma));
+		}
+		rbf_tree_free(&tree);
+		if (!level)
+			break;
+	}
 	return 0;
 }
 
-/* Farthest-point order in the density-adapted metric. */
-static int place(work *k, uint32_t lobes)
+/* Solves the 4 x 4 system in place by elimination with pivots; 0 if it is singular. */
+static int solve4(double m[4][5])
 {
+	for (int c = 0; c < 4; c++) {
+		int pivot = c;
+		for (int r = c + 1; r < 4; r++)
+			if (fabs(m[r][c]) > fabs(m[pivot][c]))
+				pivot = r;
+		if (!(fabs(m[pivot][c]) > 1e-12))
+			return 0;
+		for (int i = 0; i < 5; i++) {
+			const double t = m[c][i];
+			m[c][i] = m[pivot][i];
+			m[pivot][i] = t;
+		}
+		for (int r = 0; r < 4; r++) {
+			const double f = m[r][c] / m[c][c];
+			for (int i = c; i < 5 && r != c; i++)
+				m[r][i] -= f * m[c][i];
+		}
+	}
+	return 1;
+}
+
+/* A narrow peak holds few samples, and none sits on its top. At each local maximum a Gaussian is found by regression,
+ * log y = a + b.t - kappa/2 t^2 over the nearest samples, t in the tangent plane, and joins as a candidate. */
+static void peaks(work *k)
+{
+	static const int nearest[] = {12, 24, 48};
+	float top = 0;
+	int found_peaks = 0;
+	for (size_t i = 0; i < k->n; i++)
+		top = fmaxf(top, k->smooth[i]);
+	for (size_t i = 0; i < k->n && found_peaks < PEAKS && top > 0; i++) {
+		uint32_t index[64];
+		float distance[64];
+		if (k->smooth[i] < PEAK_MIN * top)
+			continue;
+		const int around = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH, index, distance);
+		int highest = 1;
+		for (int j = 0; j < around && highest; j++)
+			highest = k->smooth[index[j]] < k->smooth[i] || (k->smooth[index[j]] == k->smooth[i] && index[j] >= i);
+		if (!highest)
+			continue;
+		found_peaks++;
+		for (size_t n = 0; n < sizeof nearest / sizeof *nearest; n++) {
+			const int count = rbf_tree_nearest(&k->tree, k->w[i], nearest[n], index, distance);
+			const float *w = k->w[i], sign = copysignf(1, w[2]), a = -1 / (sign + w[2]), b = w[0] * w[1] * a;
+			const float t[3] = {1 + sign*w[0]*w[0]*a, sign*b, -sign*w[0]}, u[3] = {b, sign + w[1]*w[1]*a, -w[1]};
+			const double unit = sqrt((double)distance[count - 1]);
+			double m[4][5] = {{0}};
+			float peak = 0;
+			int used = 0;
+			if (count < nearest[n] || !(unit > 0))
+				continue;
+			for (int j = 0; j < count; j++)
+				peak = fmaxf(peak, k->level[index[j]]);
+			for (int j = 0; j < count; j++) {
+				const float *p = k->w[index[j]];
+				const double x = (double)rbf_dot(p, t) / unit, y = (double)rbf_dot(p, u) / unit;
+				const double row[5] = {1, x, y, x*x + y*y, (double)logf(fmaxf(k->level[index[j]], 1e-30f))};
+				if (k->level[index[j]] < PEAK_PART * peak)
+					continue;
+				used++;
+				for (int r = 0; r < 4; r++)
+					for (int q = 0; q < 5; q++)
+						m[r][q] += row[r] * row[q];
+			}
+			if (used < 6 || !solve4(m))
+				continue;
+			const double curvature = -2 * m[3][4] / m[3][3], kappa = curvature / (unit * unit);
+			const double x = m[1][4] / m[1][1] / curvature * unit, y = m[2][4] / m[2][2] / curvature * unit;
+			if (!(kappa > 1 / (SIGMA_MAX * SIGMA_MAX)) || !(kappa < 1 / (SIGMA_MIN * SIGMA_MIN)) || !(hypot(x, y) < unit))
+				continue;
+			float *c = k->centre[k->lobes];
+			for (int q = 0; q < 3; q++)
+				c[q] = w[q] + (float)x * t[q] + (float)y * u[q];
+			rbf_normalize(c);
+			k->kappa[k->lobes++] = (float)kappa;
+		}
+	}
+}
+
+/* Farthest-point order in the density-adapted metric. */
+static int place(work *k, uint32_t lobes, const float *y)
+{
+	k->level = y;
 	float top = 0;
 	size_t next = 0;
 	for (size_t i = 0; i < k->n; i++)
@@ -124,8 +236,8 @@ static int place(work *k, uint32_t lobes)
 		lobes = (uint32_t)k->n;
 	if (!(top > 0))
 		lobes = 0; /* nothing but the Lambertian part */
-	k->centre = malloc((lobes + 1) * sizeof *k->centre);
-	k->kappa = malloc((lobes + 1) * sizeof *k->kappa);
+	k->centre = malloc((2 * (size_t)lobes + 3 * PEAKS + 1) * sizeof *k->centre);
+	k->kappa = malloc((2 * (size_t)lobes + 3 * PEAKS + 1) * sizeof *k->kappa);
 	if (!k->centre || !k->kappa)
 		return -1;
 	for (k->lobes = 0; k->lobes < lobes; k->lobes++) {
@@ -147,82 +259,78 @@ static int place(work *k, uint32_t lobes)
 		}
 		next = at;
 	}
-	rbf_tree tree;
-	if (rbf_tree_build(&tree, k->lobes, (const float (*)[3])k->centre))
+	if (widths(k))
 		return -1;
-	for (uint32_t j = 0; j < k->lobes; j++) {
-		uint32_t index[SPACING + 1];
-		float distance[SPACING + 1];
-		double sum = 0;
-		const int found = rbf_tree_nearest(&tree, k->centre[j], SPACING + 1, index, distance);
-		for (int i = 0; i < found; i++)
-			sum += sqrt(distance[i]); /* its own is 0 */
-		double sigma = found > 1 ? WIDTH * sum / (found - 1) : SIGMA_MAX;
-		sigma = fmin(fmax(sigma, SIGMA_MIN), SIGMA_MAX);
-		k->kappa[j] = (float)(1 / (sigma * sigma));
-	}
-	rbf_tree_free(&tree);
+	peaks(k);
 	return 0;
 }
 
-/* Sparse basis: which lobes matter at which sample. */
-static int basis(work *k)
-{
-	k->first = calloc(k->n + 2, sizeof *k->first);
-	if (!k->first)
-		return -1;
-	for (int pass = 0; pass < 2; pass++) {
-		for (uint32_t j = 0; j < k->lobes; j++) {
-			const float limit = (float)(CUT * CUT) / k->kappa[j];
-			const float *c = k->centre[j];
-			for (size_t i = 0; i < k->n; i++) {
-				const float x = k->w[i][0] - c[0], y = k->w[i][1] - c[1], z = k->w[i][2] - c[2];
-				const float d2 = x*x + y*y + z*z;
-				if (d2 > limit)
-					continue;
-				if (!pass)
-					k->first[i + 2]++;
-				else {
-					const size_t at = k->first[i + 1]++;
-					k->column[at] = j;
-					k->value[at] = expf(-.5f * k->kappa[j] * d2);
-				}
-			}
-		}
-		if (!pass) {
-			for (size_t i = 0; i < k->n; i++)
-				k->first[i + 2] += k->first[i + 1];
-			const size_t entries = k->first[k->n + 1];
-			k->column = malloc((entries + 1) * sizeof *k->column);
-			k->value = malloc((entries + 1) * sizeof *k->value);
-			if (!k->column || !k->value)
-				return -1;
-		}
-	}
-	return 0;
-}
-
-/* Gram matrix with weights w_i^2, w_i = max(signal, floor)^-1/2 from the smoothed signal (the noisy one would bias the
- * energy), and its ridge. */
-static int equations(work *k)
+/* Normal equations, with weights w_i^2, w_i = max(signal, floor)^-1/2 from the smoothed signal (the noisy one would bias the
+ * energy). Samples come in small groups of near ones (tree order): the lobes that matter to a group are listed once, and its
+ * small dense product is added to the whole. */
+static int equations(work *k, int channels)
 {
 	const size_t m = k->lobes;
+	uint32_t *list = malloc((m + 1) * sizeof *list);
+	float *value = malloc((m + 1) * GROUP * sizeof *value), *tile = malloc((m + 1) * sizeof *tile);
 	k->gram = calloc(m * m + 1, sizeof *k->gram);
-	k->right = malloc((m + 1) * sizeof *k->right);
-	k->gradient = malloc((m + 1) * sizeof *k->gradient);
-	k->amplitude = malloc((m + 1) * sizeof *k->amplitude);
-	if (!k->gram || !k->right || !k->gradient || !k->amplitude)
+	k->amplitude = malloc((m * (size_t)channels + 1) * sizeof *k->amplitude);
+	k->right = calloc(m * (size_t)channels + 1, sizeof *k->right);
+	if (!list || !value || !tile || !k->gram || !k->amplitude || !k->right) {
+		free(list);
+		free(value);
+		free(tile);
 		return -1;
+	}
 	float top = 0;
 	for (size_t i = 0; i < k->n; i++)
 		top = fmaxf(top, k->smooth[i]);
-	for (size_t i = 0; i < k->n; i++) {
-		k->spacing[i] = 1 / fmaxf(k->smooth[i], (float)WEIGHT_FLOOR * top);
-		for (size_t p = k->first[i]; p < k->first[i + 1]; p++) {
-			double *row = k->gram + (size_t)k->column[p] * m;
-			const double v = (double)(k->spacing[i] * k->value[p]);
-			for (size_t q = p; q < k->first[i + 1]; q++)
-				row[k->column[q]] += v * (double)k->value[q];
+	for (size_t from = 0; from < k->n; from += GROUP) {
+		const size_t size = k->n - from < GROUP ? k->n - from : GROUP;
+		float middle[3] = {0, 0, 0}, radius = 0, weight[GROUP];
+		for (size_t s = 0; s < size; s++)
+			for (int a = 0; a < 3; a++)
+				middle[a] += k->w[from + s][a] / (float)size;
+		for (size_t s = 0; s < size; s++) {
+			const float *w = k->w[from + s];
+			const float x = w[0] - middle[0], y = w[1] - middle[1], z = w[2] - middle[2];
+			radius = fmaxf(radius, sqrtf(x*x + y*y + z*z));
+			weight[s] = 1 / fmaxf(k->smooth[from + s], (float)WEIGHT_FLOOR * top);
+		}
+		size_t near = 0;
+		for (uint32_t j = 0; j < m; j++) {
+			const float *c = k->centre[j];
+			const float x = c[0] - middle[0], y = c[1] - middle[1], z = c[2] - middle[2];
+			const float limit = radius + (float)CUT / sqrtf(k->kappa[j]);
+			if (x*x + y*y + z*z < limit * limit)
+				list[near++] = j;
+		}
+		for (size_t s = 0; s < size; s++) {
+			const float *w = k->w[from + s];
+			float *row = value + s * near;
+			for (size_t p = 0; p < near; p++) {
+				const float *c = k->centre[list[p]];
+				const float x = w[0] - c[0], y = w[1] - c[1], z = w[2] - c[2];
+				const float e = .5f * k->kappa[list[p]] * (x*x + y*y + z*z);
+				row[p] = e < 30 ? expf(-e) : 0;
+			}
+			for (int c = 0; c < channels; c++)
+				for (size_t p = 0; p < near; p++)
+					k->right[(size_t)c * m + list[p]] += (double)(weight[s] * row[p] * k->y[c][from + s]);
+		}
+		for (size_t p = 0; p < near; p++) {
+			for (size_t q = p; q < near; q++)
+				tile[q] = 0;
+			for (size_t s = 0; s < size; s++) {
+				const float *restrict row = value + s * near, f = weight[s] * row[p];
+				float *restrict t = tile;
+				if (f > 0)
+					for (size_t q = p; q < near; q++)
+						t[q] += f * row[q];
+			}
+			double *row = k->gram + (size_t)list[p] * m;
+			for (size_t q = p; q < near; q++)
+				row[list[q]] += (double)tile[q];
 		}
 	}
 	double mean = 0;
@@ -233,44 +341,10 @@ static int equations(work *k)
 		for (size_t i = 0; i < j; i++)
 			k->gram[j * m + i] = k->gram[i * m + j];
 	}
+	free(list);
+	free(value);
+	free(tile);
 	return 0;
-}
-
-/* Non-negative least squares for one channel. */
-static void solve(work *k, const float *y)
-{
-	const size_t m = k->lobes;
-	memset(k->right, 0, m * sizeof *k->right);
-	for (size_t i = 0; i < k->n; i++)
-		for (size_t p = k->first[i]; p < k->first[i + 1]; p++)
-			k->right[k->column[p]] += (double)(k->spacing[i] * k->value[p]) * (double)y[i];
-	for (size_t j = 0; j < m; j++) {
-		k->amplitude[j] = 0;
-		k->gradient[j] = -k->right[j];
-	}
-	double scale = 0;
-	for (size_t j = 0; j < m; j++)
-		scale = fmax(scale, fabs(k->right[j]) / sqrt(k->gram[j * m + j]));
-	for (int sweep = 0; sweep < SWEEPS; sweep++) {
-		double largest = 0;
-		for (size_t j = 0; j < m; j++) {
-			const double diagonal = k->gram[j * m + j];
-			double a = k->amplitude[j] - k->gradient[j] / diagonal;
-			if (!(a > 0))
-				a = 0;
-			const double step = a - k->amplitude[j];
-			if (step == 0)
-				continue;
-			k->amplitude[j] = a;
-			largest = fmax(largest, fabs(step) * sqrt(diagonal));
-			const double *restrict row = k->gram + j * m;
-			double *restrict gradient = k->gradient;
-			for (size_t i = 0; i < m; i++)
-				gradient[i] += step * row[i];
-		}
-		if (largest < STEP * scale)
-			break;
-	}
 }
 
 /* Position along a Hilbert curve over the square map: neighbours in order are neighbours in direction, which keeps
@@ -307,8 +381,11 @@ static int by_order(const void *a, const void *b)
 }
 
 /* Keeps the lobes that matter. */
-static int keep(const work *k, const double *amplitude[3], int channels, rbf_lobes *out)
+static int keep(const work *k, int channels, rbf_lobes *out)
 {
+	const double *amplitude[3];
+	for (int c = 0; c < channels; c++)
+		amplitude[c] = k->amplitude + (size_t)c * k->lobes;
 	const uint32_t y = rbf_luminance((uint32_t)channels);
 	uint32_t count = 0;
 	double total = 0;
@@ -362,25 +439,18 @@ int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian
 {
 	work k = {0};
 	const uint32_t y = rbf_luminance((uint32_t)channels);
-	const double *amplitude[3] = {NULL, NULL, NULL};
-	double *copy = NULL;
-	int failed = gather(&k, incidence, channels, lambertian, hold) || smooth(&k, k.y[y]) || place(&k, lobes)
-		|| basis(&k) || equations(&k);
 	memset(out, 0, sizeof *out);
 	*error = -1;
-	if (!failed && !(copy = calloc((size_t)k.lobes * (size_t)channels + 1, sizeof *copy)))
-		failed = 1;
+	int failed = gather(&k, incidence, channels, lambertian, hold);
 	if (!failed) {
-		for (int c = 0; c < channels; c++) {
-			solve(&k, k.y[c]);
-			memcpy(copy + (size_t)c * k.lobes, k.amplitude, k.lobes * sizeof *copy);
-			amplitude[c] = copy + (size_t)c * k.lobes;
-		}
-		failed = keep(&k, amplitude, channels, out);
+		smooth(&k, k.y[y]);
+		failed = place(&k, lobes, k.y[y]) || equations(&k, channels);
 	}
+	for (int c = 0; c < channels && !failed; c++)
+		failed = rbf_nonnegative_solve(k.lobes, k.gram, k.right + (size_t)c * k.lobes, k.amplitude + (size_t)c * k.lobes);
+	failed = failed || keep(&k, channels, out);
 	if (!failed)
 		*error = held_out_error(incidence, channels, lambertian, hold, out);
-	free(copy);
 	work_free(&k);
 	return failed ? -1 : 0;
 }
@@ -391,48 +461,52 @@ static int ascending(const void *a, const void *b)
 	return x < y ? -1 : x > y;
 }
 
-/* The Lambertian part is what every direction at every incidence shares. Local means (noise averages out in them) are
- * sorted, and a low quantile, a little reduced, is taken as each incidence's floor. */
+/* Low quantile of f at one incidence, from local means, in which noise averages out; 0 if it cannot be had. */
+static float incidence_floor(const rbf_incidence *in, int channels, int channel)
+{
+	const size_t step = in->count / FLOOR_PLACES + 1;
+	float (*w)[3] = malloc((in->count + 1) * sizeof *w), floor = 0;
+	float *mean = malloc((in->count / step + 1) * sizeof *mean);
+	rbf_tree tree = {0};
+	size_t used = 0;
+	for (size_t i = 0; w && i < in->count; i++)
+		for (int a = 0; a < 3; a++)
+			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
+	if (w && mean && !rbf_tree_build(&tree, in->count, (const float (*)[3])w)) {
+		for (size_t i = step / 2; i < in->count; i += step) {
+			uint32_t index[2 * SMOOTH];
+			float distance[2 * SMOOTH];
+			double sum = 0, cosine = 0;
+			if (w[i][2] < .15f)
+				continue;
+			const int found = rbf_tree_nearest(&tree, w[i], 2 * SMOOTH, index, distance);
+			for (int j = 0; j < found; j++) {
+				sum += (double)in->dsf[(size_t)index[j] * (size_t)channels + (size_t)channel];
+				cosine += (double)w[index[j]][2];
+			}
+			mean[used++] = (float)(sum / cosine);
+		}
+		if (used) {
+			qsort(mean, used, sizeof *mean, ascending);
+			floor = fmaxf(mean[used / 50], 0.f);
+		}
+	}
+	rbf_tree_free(&tree);
+	free(w);
+	free(mean);
+	return floor;
+}
+
+/* The Lambertian part is what every direction at every incidence shares: a little less than the lowest floor. */
 void rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3])
 {
 	for (int c = 0; c < 3; c++)
 		lambertian[c] = 0;
 	for (int c = 0; c < channels; c++) {
 		float floor = INFINITY;
-		for (size_t b = 0; b < measured->count; b++) {
-			const rbf_incidence *in = &measured->incidence[b];
-			float (*w)[3] = malloc((in->count + 1) * sizeof *w);
-			float *mean = malloc((in->count + 1) * sizeof *mean);
-			rbf_tree tree;
-			if (!w || !mean)
-				floor = 0;
-			for (size_t i = 0; w && i < in->count; i++)
-				for (int a = 0; a < 3; a++)
-					w[i][a] = (float)in->outgoing[3*i + (size_t)a];
-			if (floor > 0 && !rbf_tree_build(&tree, in->count, (const float (*)[3])w)) {
-				size_t used = 0;
-				for (size_t i = 0; i < in->count; i++) {
-					uint32_t index[2 * SMOOTH];
-					float distance[2 * SMOOTH];
-					double sum = 0, cosine = 0;
-					if (w[i][2] < .15f)
-						continue;
-					const int found = rbf_tree_nearest(&tree, w[i], 2 * SMOOTH, index, distance);
-					for (int j = 0; j < found; j++) {
-						sum += (double)in->dsf[(size_t)index[j] * (size_t)channels + (size_t)c];
-						cosine += (double)w[index[j]][2];
-					}
-					mean[used++] = (float)(sum / cosine);
-				}
-				if (used) {
-					qsort(mean, used, sizeof *mean, ascending);
-					floor = fminf(floor, fmaxf(.95f * mean[used / 50], 0.f));
-				}
-				rbf_tree_free(&tree);
-			}
-			free(w);
-			free(mean);
-		}
-		lambertian[c] = isfinite(floor) ? floor * (float)RBF_PI : 0;
+		#pragma omp parallel for schedule(dynamic) reduction(min:floor)
+		for (int64_t b = 0; b < (int64_t)measured->count; b++)
+			floor = fminf(floor, incidence_floor(&measured->incidence[b], channels, c));
+		lambertian[c] = isfinite(floor) ? .95f * floor * (float)RBF_PI : 0;
 	}
 }

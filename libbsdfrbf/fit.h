@@ -5,9 +5,8 @@
 #include "lobes.h"
 #include "measure.h"
 
-#define RBF_FIT_LOBES 300 /* unless the data or the user say otherwise */
-
-/* DHR of the Lambertian part common to all incidences, per channel: from below the noise, 0 if there is none. */
+/* DHR of the Lambertian part common to all incidences, per channel: from below the noise, 0 if there is none.
+ * Opens OpenMP regions. */
 void rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3]);
 
 /* Fits at most `lobes` lobes to the samples less the Lambertian part. `hold` > 1 leaves out every hold-th sample and puts the

@@ -10,6 +10,7 @@
 
 typedef float vf __attribute__((vector_size(32)));
 typedef int32_t vi __attribute__((vector_size(32)));
+typedef uint32_t vu __attribute__((vector_size(32)));
 
 static inline vf load(const float *p)
 {
@@ -31,8 +32,9 @@ static inline vf exp2_negative(vf t)
 	const vf zero = {0};
 	const vf u = select_less(t, low, low, t);
 	/* floor for u in [-126, 0]: shift into positive range so that truncation rounds down */
-	const vi n = __builtin_convertvector(u + 127.f, vi) - 127;
-	const vf x = u - __builtin_convertvector(n, vf);
+	/* unsigned, so that it wraps where a damaged file has a negative or no number */
+	const vu n = (vu)__builtin_convertvector(u + 127.f, vi) - 127;
+	const vf x = u - __builtin_convertvector((vi)n, vf);
 	/* minimax polynomial of 2^x on [0, 1], degree 6 (Remez) */
 	vf p = x * 2.1702255e-4f + 1.2439688e-3f;
 	p = p * x + 9.6788317e-3f;
@@ -40,7 +42,7 @@ static inline vf exp2_negative(vf t)
 	p = p * x + 2.4022984e-1f;
 	p = p * x + 6.9314698e-1f;
 	p = p * x + 1.0000000f;
-	const vf r = (vf)((vi)p + (n << 23));
+	const vf r = (vf)((vu)p + (n << 23));
 	return select_less(t, low, zero, r);
 }
 

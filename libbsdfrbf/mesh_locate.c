@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Where an incident direction lies in the mesh. Renderers ask this for every new incidence. */
-#include "mesh.h"
+#include "mesh_bounds.h"
 
 /* Weights this far below 0 are rounding: the direction is on an edge. */
 #define ROUNDING (-1e-5f)
@@ -44,7 +44,8 @@ static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place
  * factor; written so, they stay accurate on short arcs. */
 static void try_border(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
 {
-	const float *a = mesh->vertex[mesh->border[index][0]].direction, *b = mesh->vertex[mesh->border[index][1]].direction;
+	const float *a = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[index][0])].direction;
+	const float *b = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[index][1])].direction;
 	const float e[3] = { b[0] - a[0], b[1] - a[1], b[2] - a[2] };
 	const float q = .5f * rbf_dot(e, e), along = rbf_dot(d, e), da = rbf_dot(d, a), db = rbf_dot(d, b);
 	float u = q * db - along, v = q * da + along;
@@ -83,6 +84,7 @@ static uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[
 			corner[k] = mesh->element[index].v[k];
 	float sum = 0;
 	for (int k = 0; k < 3; k++) {
+		corner[k] = rbf_bound_vertex(mesh, corner[k]);
 		weight[k] = best->weight[k] > 0 ? best->weight[k] : 0;
 		sum += weight[k];
 	}
@@ -116,12 +118,12 @@ uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner
 	} else
 		rbf_square_from_direction(d, square);
 	const uint32_t cell = cell_of(square[1]) * RBF_MESH_GRID + cell_of(square[0]);
-	const uint32_t last = mesh->cell_first[cell + 1];
-	uint32_t k = mesh->cell_first[cell];
+	uint32_t k, last;
+	rbf_bound_cell(mesh, cell, &k, &last);
 	if (k == last)
 		search_all(mesh, d, theta, &element, &border);
 	for (; k < last; k++) {
-		const uint32_t item = mesh->cell_element[k];
+		const uint32_t item = rbf_bound_entry(mesh, mesh->cell_element[k]);
 		if (item & RBF_MESH_BORDER)
 			break;
 		if (isotropic)
@@ -134,7 +136,7 @@ uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner
 	if (element.quality >= ROUNDING)
 		return finish(mesh, &element, corner, weight);
 	for (; k < last; k++)
-		try_border(mesh, mesh->cell_element[k] & ~RBF_MESH_BORDER, d, &border);
+		try_border(mesh, rbf_bound_entry(mesh, mesh->cell_element[k] | RBF_MESH_BORDER) & ~RBF_MESH_BORDER, d, &border);
 	if (border.quality > -INFINITY || !(element.quality > -INFINITY))
 		return finish(mesh, &border, corner, weight);
 	return finish(mesh, &element, corner, weight);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The public questions about one incident direction: DHR, samples, density, resolution. */
+#include "bounds.h"
 #include "reciprocal.h"
 #include "sample.h"
 
@@ -91,7 +92,7 @@ static void collect(const rbf_site *site, const float *exitant, width *w)
 		if (exitant)
 			rbf_site_map(site, f, exitant, share, factor, mapped);
 		for (uint32_t k = 0; k < site->corners; k++) {
-			const rbf_set *set = &c->set[site->base[k] * c->frames + f];
+			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			if (exitant)
 				rbf_mirror(site->vertex_op[k], mapped[k], p);
 			for (uint32_t b = set->first; b < set->first + set->blocks; b++) {

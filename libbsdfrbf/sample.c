@@ -7,11 +7,12 @@
  * a direction is drawn from the lobe, carried back through the map, and kept with the probability true term / bound: what is
  * kept is distributed exactly as the sum, whatever the overlaps (thinning).
  */
+#include "bounds.h"
 #include "sample.h"
 
 #include <string.h>
 
-enum { TRIES = 256 };
+enum { TRIES = 256, SPIRAL_MOST = 48 };
 static const float SPREAD = 3;          /* sigmas that the bounds cover */
 static const float SLANT_MAX = 3.73f;   /* tan 75 degrees */
 
@@ -50,20 +51,24 @@ static void moved_centre(const rbf_site *site, uint32_t corner, uint32_t block, 
 		rbf_normalize(centre);
 }
 
-/* Jakob, Numerically stable sampling of the von Mises-Fisher distribution on S2, 2012. */
-void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3])
+/* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
+static void around(const float centre[3], double w, double cosine, double sine, float out[3])
 {
-	const double rest = u + (1 - u) * exp(-2. * kappa);
-	double w = rest > 0 ? -log(rest) / kappa : 2; /* 1 - cos */
-	w = fmin(fmax(w, 0), 2);
-	const double sine = sqrt(w * (2 - w)), phi = 2 * RBF_PI * v;
+	const double radius = sqrt(fmax(w * (2 - w), 0));
 	/* orthonormal basis: Duff et al., Building an orthonormal basis, revisited, 2017 */
 	const float sign = copysignf(1, centre[2]), a = -1 / (sign + centre[2]), b = centre[0] * centre[1] * a;
 	const float t[3] = {1 + sign * centre[0]*centre[0]*a, sign * b, -sign * centre[0]};
 	const float s[3] = {b, sign + centre[1]*centre[1]*a, -centre[1]};
-	const float x = (float)(sine * cos(phi)), y = (float)(sine * sin(phi)), z = (float)(1 - w);
+	const float x = (float)(radius * cosine), y = (float)(radius * sine), z = (float)(1 - w);
 	for (int n = 0; n < 3; n++)
 		out[n] = x*t[n] + y*s[n] + z*centre[n];
+}
+
+/* Jakob, Numerically stable sampling of the von Mises-Fisher distribution on S2, 2012. */
+void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3])
+{
+	const double rest = u + (1 - u) * exp(-2. * kappa), phi = 2 * RBF_PI * v;
+	around(centre, rest > 0 ? fmin(-log(rest) / kappa, 2) : 2, cos(phi), sin(phi), out);
 }
 
 /* Carries a direction drawn at a corner back to the site. Returns the term's value over the lobe's: the factor of the map, the
@@ -113,7 +118,7 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 	int parts = 0;
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
-			const rbf_set *set = &c->set[site->base[k] * c->frames + f];
+			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			const rbf_warp *warp = &site->warp[k][f];
 			part[parts++] = total += (double)site->weight[k] * warp->gain * set->mass[0];
 			part[parts++] = total += (double)site->weight[k] * warp->gain * warp->sine * set->mass[1];
@@ -132,7 +137,7 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 		const double below = p ? part[p - 1] : 0;
 		const uint32_t table = (uint32_t)p & 1, frame = (uint32_t)(p / 2) % c->frames, k = (uint32_t)(p / 2) / c->frames;
 		const uint32_t s = site->base[k] * c->frames + frame;
-		const rbf_set *set = &c->set[s];
+		const rbf_set *set = rbf_bound_set(c, s);
 		u = (pick - below) / (part[p] - below);
 		u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
 		/* the lobe */
@@ -176,42 +181,68 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 	return 0;
 }
 
+/* Points of equal energy over a lobe, on a spiral: -log of the energy outside, and the azimuth. */
+typedef struct spiral {
+	int points;
+	double outside[SPIRAL_MOST], cosine[SPIRAL_MOST], sine[SPIRAL_MOST];
+} spiral;
+
+static void spiral_set(spiral *s, int points)
+{
+	s->points = points;
+	for (int q = 0; q < points; q++) {
+		const double phi = 2 * RBF_PI * .6180339887 * q;
+		s->outside[q] = (q + .5) / points;
+		s->cosine[q] = cos(phi);
+		s->sine[q] = sin(phi);
+	}
+}
+
+/* Share of a lobe's energy that arrives: mean over the spiral, turned differently for each lobe. */
+static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float centre[3], float kappa, const spiral *s, uint32_t turn)
+{
+	const double phi = 2 * RBF_PI * .7548776662 * turn, c = cos(phi), q = sin(phi), faint = exp(-2. * (double)kappa);
+	double sum = 0;
+	for (int i = 0; i < s->points; i++) {
+		float drawn[3], exitant[3];
+		const double w = -log(s->outside[i] + (1 - s->outside[i]) * faint) / (double)kappa;
+		around(centre, fmin(w, 2), c * s->cosine[i] - q * s->sine[i], q * s->cosine[i] + c * s->sine[i], drawn);
+		sum += (double)carry(site, k, f, drawn, exitant);
+	}
+	return sum / s->points;
+}
+
 void rbf_site_dhr(const rbf_site *site, double value[3])
 {
 	const rbf_component *c = site->component;
+	spiral one, few, some, many;
+	spiral_set(&one, 1);
+	spiral_set(&few, 4);
+	spiral_set(&some, 16);
+	spiral_set(&many, SPIRAL_MOST);
 	value[0] = value[1] = value[2] = 0;
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
-			const rbf_set *set = &c->set[site->base[k] * c->frames + f];
+			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			const int turns = c->frame[f] == RBF_MAP_FIXED || (c->frame[f] >= RBF_MAP_MIRROR && c->frame[f] <= RBF_MAP_RETRO);
 			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
 				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
 				const float kappa = c->block[block].k[lane];
 				if (!(kappa > 0))
 					continue;
+				float centre[3];
 				const float sigma = 1 / sqrtf(kappa);
-				const int inside = c->block[block].z[lane] > RBF_VALID_Z && c->reach[(size_t)block * RBF_LANES + lane] == 1;
-				double mean = 0;
-				if (turns && inside && c->frame[f] != RBF_MAP_FIXED)
-					mean = 1; /* a rotation that keeps clear of the horizon keeps the energy */
-				else {
-					float centre[3];
-					moved_centre(site, k, block, lane, centre);
-					if (turns && centre[2] > 4 * sigma + RBF_HORIZON_Z && c->frame[f] == RBF_MAP_FIXED)
-						mean = 1;
-					else {
-						/* spiral of equal-energy points */
-						const int points = inside ? (sigma < .1f ? 3 : 8) : sigma < .03f ? 8 : sigma < .15f ? 16 : 48;
-						for (int q = 0; q < points; q++) {
-							float drawn[3], exitant[3];
-							rbf_lobe_draw(centre, kappa, (q + .5) / points, fmod(q * .6180339887 + i * .7548776662, 1), drawn);
-							mean += carry(site, k, f, drawn, exitant) / points;
-						}
-					}
-				}
-				const double scale = site->weight[k] * mean * rbf_lobe_integral(kappa);
+				moved_centre(site, k, block, lane, centre);
+				/* clear of the horizon, where shares are even and nothing is lost */
+				const int inside = c->frame[f] == RBF_MAP_FIXED ? centre[2] > 4 * sigma + RBF_HORIZON_Z
+					: c->reach[(size_t)block * RBF_LANES + lane] == 1;
+				double mean = 1; /* a rotation keeps the energy */
+				if (!turns || !inside)
+					mean = arriving(site, k, f, centre, kappa, inside ? (sigma < .03f ? &one : sigma < .1f ? &few : &some)
+						: sigma < .03f ? &few : sigma < .15f ? &some : &many, i);
+				const double scale = (double)site->weight[k] * mean * rbf_lobe_integral((double)kappa);
 				for (uint32_t n = 0; n < c->channels; n++)
-					value[n] += scale * c->amplitude[(size_t)n * c->blocks + block].a[lane];
+					value[n] += scale * (double)c->amplitude[(size_t)n * c->blocks + block].a[lane];
 			}
 		}
 }

@@ -30,24 +30,28 @@ static inline void rbf_mirror(unsigned op, const float in[3], float out[3])
 	out[2] = in[2];
 }
 
+/* Arc tangent of t in [0, 1] to 1e-7: an odd polynomial, fitted to the smallest largest error (4e-8, without rounding). */
+static inline float rbf_arctangent(float t)
+{
+	const float s = t * t;
+	return t * (0.99999934f + s * (-0.3332986f + s * (0.19946554f + s * (-0.13908572f + s * (0.09642052f
+		+ s * (-0.05591038f + s * (0.021861634f + s * -0.0040542081f)))))));
+}
+
 /* Equal-angle square map of the hemisphere z >= 0: concentric (Shirley and Chiu, A low distortion map between disk
  * and square, 1997) with radius theta / (pi/2). Result in [-1, 1]^2; z < 0 is treated as z = 0. */
 static inline void rbf_square_from_direction(const float d[3], float square[2])
 {
-	const float sine = hypotf(d[0], d[1]);
-	const float r = fminf(atan2f(sine, fmaxf(d[2], 0.f)) * (float)(2 / RBF_PI), 1.f);
+	const float x = fabsf(d[0]), y = fabsf(d[1]), z = fmaxf(d[2], 0.f), sine = sqrtf(x*x + y*y);
 	if (!(sine > 0)) {
 		square[0] = square[1] = 0;
 		return;
 	}
-	const float x = d[0] / sine, y = d[1] / sine;
-	if (fabsf(x) >= fabsf(y)) {
-		square[0] = copysignf(r, x);
-		square[1] = r * (float)(4 / RBF_PI) * atan2f(y, fabsf(x));
-	} else {
-		square[1] = copysignf(r, y);
-		square[0] = r * (float)(4 / RBF_PI) * atan2f(x, fabsf(y));
-	}
+	const float polar = rbf_arctangent(fminf(sine, z) / fmaxf(sine, z)) * (float)(2 / RBF_PI);
+	const float r = sine > z ? 1 - polar : polar;
+	const float across = r * (float)(4 / RBF_PI) * rbf_arctangent(fminf(x, y) / fmaxf(x, y));
+	square[0] = copysignf(x >= y ? r : across, d[0]);
+	square[1] = copysignf(x >= y ? across : r, d[1]);
 }
 
 static inline void rbf_direction_from_square(const float square[2], float d[3])

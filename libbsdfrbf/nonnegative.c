@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * Block principal pivoting (Portugal, Judice, Vicente, A comparison of block pivoting and interior-point algorithms for
+ * linear least squares problems with nonnegative variables, 1994), started from a few rounds of coordinate descent, which
+ * find most of the positive set.
+ */
+#include "nonnegative.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { WARM = 20, EXCHANGES = 60, FINISH = 400, PATIENCE = 3 };
+
+/* Coordinate descent: x and the gradient Gx - b are kept together. */
+static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
+{
+	for (int sweep = 0; sweep < sweeps; sweep++) {
+		double largest = 0, scale = 0;
+		for (size_t j = 0; j < m; j++) {
+			const double diagonal = gram[j * m + j];
+			double a = x[j] - gradient[j] / diagonal;
+			if (!(a > 0))
+				a = 0;
+			const double step = a - x[j];
+			scale = fmax(scale, a * sqrt(diagonal));
+			if (step == 0)
+				continue;
+			x[j] = a;
+			largest = fmax(largest, fabs(step) * sqrt(diagonal));
+			const double *restrict row = gram + j * m;
+			double *restrict g = gradient;
+			for (size_t i = 0; i < m; i++)
+				g[i] += step * row[i];
+		}
+		if (largest <= 1e-9 * scale)
+			break;
+	}
+}
+
+/* Cholesky U'U of the n x n matrix in a (upper part used and overwritten), then the solution in x. Returns 0, or -1 if the matrix
+ * is not positive definite. */
+static int cholesky_solve(size_t n, double *a, double *x)
+{
+	for (size_t k = 0; k < n; k++) {
+		double *restrict pivot = a + k * n;
+		if (!(pivot[k] > 0))
+			return -1;
+		const double root = 1 / sqrt(pivot[k]);
+		for (size_t j = k; j < n; j++)
+			pivot[j] *= root;
+		for (size_t i = k + 1; i < n; i++) {
+			double *restrict row = a + i * n;
+			const double f = pivot[i];
+			if (f == 0)
+				continue;
+			for (size_t j = i; j < n; j++)
+				row[j] -= f * pivot[j];
+		}
+	}
+	for (size_t k = 0; k < n; k++) {
+		const double *restrict pivot = a + k * n;
+		x[k] /= pivot[k];
+		for (size_t j = k + 1; j < n; j++)
+			x[j] -= pivot[j] * x[k];
+	}
+	for (size_t k = n; k-- > 0;) {
+		const double *pivot = a + k * n;
+		double sum = x[k];
+		for (size_t j = k + 1; j < n; j++)
+			sum -= pivot[j] * x[j];
+		x[k] = sum / pivot[k];
+	}
+	return 0;
+}
+
+typedef struct pivoting {
+	size_t m, free;
+	const double *gram, *right;
+	double *x, *gradient, *matrix, *part;
+	size_t *index;      /* the free ones */
+	unsigned char *in;  /* 1: free, may be positive */
+} pivoting;
+
+/* Solves for the free variables, the others 0, and their gradient. */
+static int solve_free(pivoting *p)
+{
+	p->free = 0;
+	for (size_t j = 0; j < p->m; j++)
+		if (p->in[j])
+			p->index[p->free++] = j;
+	for (size_t r = 0; r < p->free; r++) {
+		const double *row = p->gram + p->index[r] * p->m;
+		for (size_t c = r; c < p->free; c++)
+			p->matrix[r * p->free + c] = row[p->index[c]];
+		p->part[r] = p->right[p->index[r]];
+	}
+	if (cholesky_solve(p->free, p->matrix, p->part))
+		return -1;
+	memset(p->x, 0, p->m * sizeof *p->x);
+	for (size_t j = 0; j < p->m; j++)
+		p->gradient[j] = -p->right[j];
+	for (size_t r = 0; r < p->free; r++) {
+		const double *restrict row = p->gram + p->index[r] * p->m;
+		double *restrict g = p->gradient;
+		const double v = p->x[p->index[r]] = p->part[r];
+		for (size_t j = 0; j < p->m; j++)
+			g[j] += v * row[j];
+	}
+	return 0;
+}
+
+static int optimal(pivoting *p)
+{
+	double scale = 0;
+	for (size_t j = 0; j < p->m; j++)
+		scale = fmax(scale, fabs(p->right[j]) / sqrt(p->gram[j * p->m + j]));
+	size_t fewest = p->m + 1;
+	int patience = PATIENCE;
+	for (int exchange = 0; exchange < EXCHANGES; exchange++) {
+		if (solve_free(p))
+			return 0;
+		size_t wrong = 0, last = 0;
+		for (size_t j = 0; j < p->m; j++) {
+			const double root = sqrt(p->gram[j * p->m + j]);
+			if (p->in[j] ? p->x[j] < 0 : p->gradient[j] < -1e-10 * scale * root) {
+				wrong++;
+				last = j;
+			}
+		}
+		if (!wrong)
+			return 1;
+		if (wrong < fewest) {
+			fewest = wrong;
+			patience = PATIENCE;
+		} else if (patience-- <= 0) { /* Murty's rule, finite: one exchange, the last */
+			p->in[last] ^= 1;
+			continue;
+		}
+		for (size_t j = 0; j < p->m; j++) {
+			const double root = sqrt(p->gram[j * p->m + j]);
+			if (p->in[j] ? p->x[j] < 0 : p->gradient[j] < -1e-10 * scale * root)
+				p->in[j] ^= 1;
+		}
+	}
+	return 0;
+}
+
+int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, double *x)
+{
+	pivoting p = {.m = m, .gram = gram, .right = right, .x = x};
+	p.gradient = malloc((m + 1) * sizeof *p.gradient);
+	p.matrix = malloc((m * m + 1) * sizeof *p.matrix);
+	p.part = malloc((m + 1) * sizeof *p.part);
+	p.index = malloc((m + 1) * sizeof *p.index);
+	p.in = malloc(m + 1);
+	const int failed = !p.gradient || !p.matrix || !p.part || !p.index || !p.in;
+	if (!failed) {
+		for (size_t j = 0; j < m; j++) {
+			x[j] = 0;
+			p.gradient[j] = -right[j];
+		}
+		descend(m, gram, x, p.gradient, WARM);
+		for (size_t j = 0; j < m; j++)
+			p.in[j] = x[j] > 0;
+		if (!optimal(&p)) { /* rounding, or too many exchanges: descend from what there is */
+			for (size_t j = 0; j < m; j++) {
+				x[j] = isfinite(x[j]) && x[j] > 0 ? x[j] : 0;
+				p.gradient[j] = -right[j];
+			}
+			for (size_t i = 0; i < m; i++)
+				for (size_t j = 0; x[i] > 0 && j < m; j++)
+					p.gradient[j] += x[i] * gram[i * m + j];
+			descend(m, gram, x, p.gradient, FINISH);
+		}
+	}
+	free(p.gradient);
+	free(p.matrix);
+	free(p.part);
+	free(p.index);
+	free(p.in);
+	return failed ? -1 : 0;
+}
