@@ -12,7 +12,8 @@
 
 static const double SAME_DEG = .25;      /* incidences closer than this are one */
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
-enum { FIT_TRIALS = 6, FIT_HOLD = 8, LOBES_LEAST = 50, LOBES_START = 150, LOBES_MOST = 1200 };
+enum { FIT_TRIALS = 8, FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
+static const float LOBES_GAIN = .95f, LOBES_SAME = 1.03f;
 static const char *const component_name[4] = {"rf", "rb", "tf", "tb"};
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
@@ -125,55 +126,85 @@ static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
 	return BSDFRBF_OK;
 }
 
-/* Mean held-out error of fits with `lobes` lobes at a few incidences; < 0: out of memory. */
-static double trial_fits(const job *j, int channels, const float lambertian[3], uint32_t lobes)
+/* How many lobes one incidence is worth: doubled while that lowers the error of held-out samples, else halved once if that
+ * does not raise it. Returns 0, or -1 when out of memory. */
+static int lobes_from_samples(const rbf_incidence *in, int channels, const float lambertian[3], uint32_t *lobes, float *error)
 {
-	const int64_t bases = (int64_t)j->measured.count, trials = bases < FIT_TRIALS ? bases : FIT_TRIALS;
-	float error[FIT_TRIALS];
-	int failed = 0;
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t t = 0; t < trials; t++) {
+	for (*lobes = LOBES_START; ; *lobes *= 2) {
 		rbf_lobes fitted;
-		failed |= rbf_fit(&j->measured.incidence[(2*t + 1) * bases / (2*trials)], channels, lambertian, lobes, FIT_HOLD, &fitted, &error[t]) != 0;
+		float next;
+		if (rbf_fit(in, channels, lambertian, *lobes, FIT_HOLD, &fitted, &next))
+			return -1;
 		rbf_lobes_free(&fitted);
-	}
-	double sum = 0;
-	for (int64_t t = 0; t < trials; t++)
-		sum += (double)fmaxf(error[t], 0);
-	return failed ? -1 : sum / (double)trials;
-}
-
-/* How many lobes the data are worth: doubled while that lowers the error of held-out samples, else halved while it does not
- * raise it. */
-static int lobes_from_data(const job *j, int channels, const float lambertian[3], uint32_t *lobes, double *error)
-{
-	*lobes = LOBES_START;
-	if ((*error = trial_fits(j, channels, lambertian, *lobes)) < 0)
-		return -1;
-	int grew = 0;
-	while (*lobes < LOBES_MOST) {
-		const double more = trial_fits(j, channels, lambertian, 2 * *lobes);
-		if (more < 0)
-			return -1;
-		if (more > .95 * *error)
+		if (*lobes > LOBES_START && !(next < LOBES_GAIN * *error)) {
+			*lobes /= 2;
 			break;
-		*lobes *= 2;
-		*error = more;
-		grew = 1;
-	}
-	while (!grew && *lobes > LOBES_LEAST) {
-		const double fewer = trial_fits(j, channels, lambertian, *lobes / 2);
-		if (fewer < 0)
-			return -1;
-		if (fewer > 1.03 * *error)
+		}
+		*error = next;
+		if (2 * *lobes > LOBES_MOST)
 			break;
-		*lobes /= 2;
-		*error = fewer;
+	}
+	if (*lobes == LOBES_START) {
+		rbf_lobes fitted;
+		float next;
+		if (rbf_fit(in, channels, lambertian, *lobes / 2, FIT_HOLD, &fitted, &next))
+			return -1;
+		rbf_lobes_free(&fitted);
+		if (next < LOBES_SAME * *error) {
+			*lobes /= 2;
+			*error = next;
+		}
 	}
 	return 0;
 }
 
-static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, job *j, rbf_component *c)
+typedef struct place { double z; uint32_t base; } place;
+
+static int by_theta(const void *a, const void *b)
+{
+	const place *x = a, *y = b;
+	return x->z != y->z ? (x->z > y->z ? -1 : 1) : x->base < y->base ? -1 : x->base > y->base;
+}
+
+/* Number of lobes for every incidence: tried at a few, spread over the polar angle; the others take the larger number of the
+ * tried ones next to them. */
+static int lobes_from_data(job *j, int channels, const float lambertian[3], uint32_t *lobes)
+{
+	const int64_t bases = (int64_t)j->measured.count, trials = bases < FIT_TRIALS ? bases : FIT_TRIALS;
+	uint32_t found[FIT_TRIALS];
+	int64_t at[FIT_TRIALS];
+	float error[FIT_TRIALS];
+	place *order = malloc(((size_t)bases + 1) * sizeof *order);
+	if (!order)
+		return -1;
+	for (int64_t b = 0; b < bases; b++)
+		order[b] = (place){j->direction[3*b + 2], (uint32_t)b};
+	qsort(order, (size_t)bases, sizeof *order, by_theta);
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t t = 0; t < trials; t++) {
+		at[t] = (2*t + 1) * bases / (2*trials);
+		failed |= lobes_from_samples(&j->measured.incidence[order[at[t]].base], channels, lambertian, &found[t], &error[t]) != 0;
+	}
+	int64_t t = 0;
+	for (int64_t b = 0; b < bases && !failed; b++) {
+		while (t < trials && at[t] < b)
+			t++;
+		const uint32_t above = found[t < trials ? t : trials - 1], below = found[t > 0 && at[t < trials ? t : 0] != b ? t - 1 : t < trials ? t : trials - 1];
+		lobes[order[b].base] = above > below ? above : below;
+	}
+	double sum = 0;
+	for (t = 0; t < trials && !failed; t++) {
+		j->fit_error[order[at[t]].base] = error[t];
+		sum += (double)error[t];
+	}
+	j->held_out = (float)(sum / (double)trials);
+	free(order);
+	return failed ? -1 : 0;
+}
+
+static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress,
+	job *j, rbf_component *c)
 {
 	const int64_t bases = (int64_t)j->measured.count;
 	rbf_fitted *m = &j->fitted;
@@ -186,14 +217,24 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	j->fit_error = malloc(((size_t)bases + 1) * sizeof *j->fit_error);
 	if (!m->lobes || !j->fit_error)
 		return out_of_memory(context);
-	double error = -1;
-	if (!lobes && lobes_from_data(j, channels, c->lambertian, &lobes, &error))
-		return out_of_memory(context);
-	j->held_out = (float)error;
-	int failed = 0;
+	uint32_t *count = malloc(((size_t)bases + 1) * sizeof *count);
+	int failed = !count;
+	for (int64_t b = 0; b < bases && !failed; b++) {
+		count[b] = lobes;
+		j->fit_error[b] = -1;
+	}
+	j->held_out = -1;
+	failed = failed || (!lobes && lobes_from_data(j, channels, c->lambertian, count));
+	if (failed || rbf_progress(context, "lobes", progress)) {
+		free(count);
+		return failed ? out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	}
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t b = 0; b < bases; b++)
-		failed |= rbf_fit(&j->measured.incidence[b], channels, c->lambertian, lobes, 0, &m->lobes[b], &j->fit_error[b]) != 0;
+	for (int64_t b = 0; b < bases; b++) {
+		float unused;
+		failed |= rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], &unused) != 0;
+	}
+	free(count);
 	if (failed)
 		return out_of_memory(context);
 	double energy = 0;
@@ -337,7 +378,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		RBF_TRY(turn_isotropic(context, j));
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	RBF_TRY(fit_all(context, name, channels, (uint32_t)o->lobes, j, c));
+	RBF_TRY(fit_all(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, -1, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;

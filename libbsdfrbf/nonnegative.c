@@ -10,10 +10,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WARM = 20, EXCHANGES = 60, FINISH = 400, PATIENCE = 3 };
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__linux__)
+#define CLONES __attribute__((target_clones("arch=x86-64-v3", "default"))) /* chosen by the loader */
+#else
+#define CLONES
+#endif
+
+enum { PANEL = 8, WARM = 20, EXCHANGES = 60, FINISH = 400, PATIENCE = 3 };
 
 /* Coordinate descent: x and the gradient Gx - b are kept together. */
-static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
+CLONES static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
 {
 	for (int sweep = 0; sweep < sweeps; sweep++) {
 		double largest = 0, scale = 0;
@@ -38,24 +44,40 @@ static void descend(size_t m, const double *gram, double *x, double *gradient, i
 	}
 }
 
+/* Subtracts from a row the multiples of PANEL pivot rows, columns `from` on: the matrix is passed through once for PANEL pivots. */
+CLONES static void eliminate(double *restrict row, const double *restrict pivot, size_t n, size_t from, const double f[PANEL])
+{
+	const double *restrict p0 = pivot, *restrict p1 = pivot + n, *restrict p2 = pivot + 2*n, *restrict p3 = pivot + 3*n;
+	const double *restrict p4 = pivot + 4*n, *restrict p5 = pivot + 5*n, *restrict p6 = pivot + 6*n, *restrict p7 = pivot + 7*n;
+	for (size_t j = from; j < n; j++)
+		row[j] -= ((f[0]*p0[j] + f[1]*p1[j]) + (f[2]*p2[j] + f[3]*p3[j])) + ((f[4]*p4[j] + f[5]*p5[j]) + (f[6]*p6[j] + f[7]*p7[j]));
+}
+
 /* Cholesky U'U of the n x n matrix in a (upper part used and overwritten), then the solution in x. Returns 0, or -1 if the matrix
  * is not positive definite. */
 static int cholesky_solve(size_t n, double *a, double *x)
 {
-	for (size_t k = 0; k < n; k++) {
-		double *restrict pivot = a + k * n;
-		if (!(pivot[k] > 0))
-			return -1;
-		const double root = 1 / sqrt(pivot[k]);
-		for (size_t j = k; j < n; j++)
-			pivot[j] *= root;
-		for (size_t i = k + 1; i < n; i++) {
-			double *restrict row = a + i * n;
-			const double f = pivot[i];
-			if (f == 0)
-				continue;
-			for (size_t j = i; j < n; j++)
-				row[j] -= f * pivot[j];
+	for (size_t first = 0; first < n; first += PANEL) {
+		const size_t end = first + PANEL < n ? first + PANEL : n;
+		for (size_t k = first; k < end; k++) {
+			double *restrict pivot = a + k * n;
+			if (!(pivot[k] > 0))
+				return -1;
+			const double root = 1 / sqrt(pivot[k]);
+			for (size_t j = k; j < n; j++)
+				pivot[j] *= root;
+			for (size_t i = k + 1; i < end; i++) {
+				double *restrict row = a + i * n;
+				const double f = pivot[i];
+				for (size_t j = i; j < n; j++)
+					row[j] -= f * pivot[j];
+			}
+		}
+		for (size_t i = end; i < n; i++) {
+			double f[PANEL];
+			for (size_t p = 0; p < PANEL; p++)
+				f[p] = a[(first + p) * n + i];
+			eliminate(a + i * n, a + first * n, n, i, f);
 		}
 	}
 	for (size_t k = 0; k < n; k++) {
