@@ -8,6 +8,8 @@
 #include <string.h>
 
 enum { TRIALS_MAX = 64, POINTS = 512, FRAMES_MAX = 3 };
+enum { SCREEN = 4 }; /* every fourth trial is made first */
+static const float SCREEN_LOSS = 1.06f;
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 
 /* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
@@ -185,8 +187,19 @@ static int trial_error(const rbf_fitted *m, const rbf_choice *choice, const rbf_
 	return failed ? -1 : 0;
 }
 
-/* Labels a candidate, and measures its error. */
-static int measure(const bench *b, rbf_choice *choice)
+/* Mean error over every step-th trial. */
+static float mean_error(const bench *b, const rbf_choice *choice, uint32_t step)
+{
+	double sum = 0;
+	uint32_t count = 0;
+	for (uint32_t t = 0; t < b->trials; t += step, count++)
+		sum += (double)choice->base_error[b->trial[t].base];
+	return count ? (float)(sum / count) : -1;
+}
+
+/* Labels a candidate, and measures its error. If `best` is given, a few trials are made first, and the others only if the
+ * candidate is not clearly worse there: otherwise its error is INFINITY. */
+static int measure(const bench *b, rbf_choice *choice, const rbf_choice *best)
 {
 	const rbf_fitted *m = b->fitted;
 	rbf_component c = {0};
@@ -198,13 +211,18 @@ static int measure(const bench *b, rbf_choice *choice)
 	for (uint32_t i = 0; i < m->bases; i++)
 		choice->base_error[i] = -1;
 	int failed = 0;
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t t = 0; t < (int64_t)b->trials; t++)
-		failed |= trial_error(m, choice, &c, &b->trial[t], &choice->base_error[b->trial[t].base]) != 0;
-	double sum = 0;
-	for (uint32_t t = 0; t < b->trials; t++)
-		sum += (double)choice->base_error[b->trial[t].base];
-	choice->error = b->trials ? (float)(sum / b->trials) : -1;
+	const int screen = best && b->trials >= 3 * SCREEN;
+	choice->error = INFINITY;
+	for (int pass = !screen; pass < 2 && !failed; pass++) {
+		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+		for (int64_t t = 0; t < (int64_t)b->trials; t++)
+			if (screen ? (t % SCREEN == 0) != pass : 1)
+				failed |= trial_error(m, choice, &c, &b->trial[t], &choice->base_error[b->trial[t].base]) != 0;
+		if (!pass && mean_error(b, choice, SCREEN) > SCREEN_LOSS * mean_error(b, best, SCREEN))
+			break;
+		if (pass)
+			choice->error = mean_error(b, choice, 1);
+	}
 	rbf_assemble_release(&c);
 	return failed ? -1 : 0;
 }
@@ -216,14 +234,14 @@ void rbf_choice_free(rbf_choice *c)
 	memset(c, 0, sizeof *c);
 }
 
-/* Measures `next`; the better of the two stays in `best`. */
-static int contest(const bench *b, rbf_choice *best, rbf_choice next, float factor)
+/* Measures `next`; the better of the two stays in `best`. against: what it has to beat in any case, or NULL. */
+static int contest(const bench *b, rbf_choice *best, rbf_choice next, const rbf_choice *against)
 {
-	if (measure(b, &next)) {
+	if (measure(b, &next, against)) {
 		rbf_choice_free(&next);
 		return -1;
 	}
-	if (!best->frames || next.error < factor * best->error) {
+	if (!best->frames || next.error < best->error) {
 		rbf_choice_free(best);
 		*best = next;
 	} else
@@ -257,12 +275,12 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 	if (!b->trials) {
 		best.frames = 1;
 		best.frame[0] = best_prediction(b->fitted);
-		failed = measure(b, &best);
+		failed = measure(b, &best, NULL);
 		*choice = best;
 		return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 	}
 	for (unsigned map = 0; map < RBF_MAPS && !failed; map++) {
-		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}}, 1);
+		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}}, best.frames ? &best : NULL);
 		*choice = best;
 		if (rbf_progress(context, "frames", from + step * map))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
@@ -278,7 +296,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 			}
 			next.frame[best.frames] = map;
 			if (!there)
-				failed = contest(b, &round, next, 1);
+				failed = contest(b, &round, next, &best);
 		}
 		const int better = !failed && round.frames && round.error < GAIN * best.error;
 		if (better) {
@@ -300,7 +318,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 			next.frames = frames.frames;
 			memcpy(next.frame, frames.frame, sizeof next.frame);
 		}
-		failed = contest(b, &best, next, 1);
+		failed = contest(b, &best, next, &best);
 		*choice = best;
 		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS + n)))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");

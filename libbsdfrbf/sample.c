@@ -215,6 +215,7 @@ static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float
 void rbf_site_dhr(const rbf_site *site, double value[3])
 {
 	const rbf_component *c = site->component;
+	const uint32_t y = rbf_luminance(c->channels);
 	spiral one, few, some, many;
 	spiral_set(&one, 1);
 	spiral_set(&few, 4);
@@ -237,10 +238,19 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 				const int inside = c->frame[f] == RBF_MAP_FIXED ? centre[2] > 4 * sigma + RBF_HORIZON_Z
 					: c->reach[(size_t)block * RBF_LANES + lane] == 1;
 				double mean = 1; /* a rotation keeps the energy */
-				if (!turns || !inside)
-					mean = arriving(site, k, f, centre, kappa, inside ? (sigma < .03f ? &one : sigma < .1f ? &few : &some)
-						: sigma < .03f ? &few : sigma < .15f ? &some : &many, i);
-				const double scale = (double)site->weight[k] * mean * rbf_lobe_integral((double)kappa);
+				const double energy = rbf_lobe_integral((double)kappa);
+				if (!turns || !inside) {
+					/* points where they count: wide lobes near the horizon, and those with much of the energy */
+					const double part = energy * (double)c->amplitude[(size_t)y * c->blocks + block].a[lane] / set->mass[0];
+					const spiral *s = inside ? (sigma < .03f ? &one : sigma < .1f ? &few : &some)
+						: sigma < .03f ? &few : sigma < .15f ? &some : &many;
+					if (part < 2e-4)
+						s = &one;
+					else if (part < 2e-3 && s->points > few.points)
+						s = &few;
+					mean = arriving(site, k, f, centre, kappa, s, i);
+				}
+				const double scale = (double)site->weight[k] * mean * energy;
 				for (uint32_t n = 0; n < c->channels; n++)
 					value[n] += scale * (double)c->amplitude[(size_t)n * c->blocks + block].a[lane];
 			}
