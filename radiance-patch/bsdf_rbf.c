@@ -231,20 +231,20 @@ rbf_beside(const RBFfile *file, const RREAL *v, double r)
 static double
 rbf_peak_area(const RBFfile *file, const RREAL *v)
 {
-	const double	peak = rbf_beside(file, v, 0.), target = peak*exp(-.5);
-	double		r, f, last_r = 0, last_f = peak, sigma = 0;
+	const double	peak = rbf_beside(file, v, 0.), target = peak*exp(-.5);	/* f at one sigma */
+	double		low = .001, high = RBF_NARROW, sigma = 0;
+	int		i;
 
-	if (!(peak > 0))
+	if (!(peak > 0) || rbf_beside(file, v, high) > target)
 		return 0;
-	for (r = .001; r < 1.3*RBF_NARROW; r *= 1.25) {	/* f falls to exp(-1/2) at sigma */
-		f = rbf_beside(file, v, r);
-		if (f <= target) {
-			sigma = last_r + (r - last_r)*(last_f - target)/(last_f - f);
-			break;
-		}
-		last_r = r; last_f = f;
+	for (i = 0; i < 9; i++) {			/* to .5 % */
+		sigma = sqrt(low*high);
+		if (rbf_beside(file, v, sigma) > target)
+			low = sigma;
+		else
+			high = sigma;
 	}
-	if ((sigma <= 0) | (sigma > RBF_NARROW) || rbf_beside(file, v, 4*sigma) > RBF_CONTRAST*peak)
+	if (rbf_beside(file, v, 4*sigma) > RBF_CONTRAST*peak)
 		return 0;
 	return RBF_PEAK*RBF_PEAK*sigma*sigma;
 }
@@ -549,7 +549,8 @@ static const SDFunc	SDhandleRbf = {
 	&rbf_free_sc
 };
 
-/* Finds the largest DHR and the smallest projected solid angle over one or both incident sides. */
+/* Finds the largest DHR and the smallest projected solid angle. A single transmission (both) answers for both incident
+ * sides; its DHR is looked at from the measured side only, since the other one takes milliseconds each and differs little. */
 static void
 rbf_extrema(SDSpectralDF *df, const RBFpart *part, int both)
 {
@@ -569,9 +570,11 @@ rbf_extrema(SDSpectralDF *df, const RBFpart *part, int both)
 				incident[0] = sin(theta) * cos(phi);
 				incident[1] = sin(theta) * sin(phi);
 				incident[2] = front ? cos(theta) : -cos(theta);
-				bsdfrbf_dhr_scatter(file->model, incident, part->transmit, value);
-				if (value[file->channels == 3] > df->maxHemi)
-					df->maxHemi = value[file->channels == 3];
+				if (!side) {
+					bsdfrbf_dhr_scatter(file->model, incident, part->transmit, value);
+					if (value[file->channels == 3] > df->maxHemi)
+						df->maxHemi = value[file->channels == 3];
+				}
 				if (i % 4 || j % 4)
 					continue;
 				bsdfrbf_resolution(file->model, incident, NULL, part->transmit, &smallest, &largest);

@@ -1,0 +1,342 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Renders recorded files with the patched Radiance and compares with sums over rbfquery's values.
+
+Colours are compared as CIE X, Y, Z. Limits are four standard errors of the rendering, plus what is said there."""
+import math
+import os
+import shutil
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+BUILD = os.environ.get("BUILD_DIR", os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "build"))
+RADIANCE = os.path.join(BUILD, "radiance", "bin")
+WORK = os.path.join(BUILD, "test", "render")
+rng = np.random.default_rng(6)
+
+# Radiance's primaries and white, src/common/color.h: x y of red, green, blue, white
+PRIMARIES = np.array([[.640, .330], [.290, .600], [.150, .060], [1 / 3, 1 / 3]])
+
+
+def rgb_to_xyz():
+    def xyz(p):
+        return np.array([p[0] / p[1], 1, (1 - p[0] - p[1]) / p[1]])
+    columns = np.stack([xyz(p) for p in PRIMARIES[:3]], axis=1)
+    return columns * np.linalg.solve(columns, xyz(PRIMARIES[3]))
+
+
+XYZ = rgb_to_xyz()
+
+
+def run(command, data=b"", fail=False, **environment):
+    """Runs a program of ours or of the patched Radiance in WORK and answers its output."""
+    folder = RADIANCE if os.path.exists(os.path.join(RADIANCE, command[0])) else os.path.join(BUILD, "bin")
+    done = subprocess.run([os.path.join(folder, command[0]), *map(str, command[1:])], input=data, cwd=WORK,
+                          capture_output=True, env={**os.environ, "RAYPATH": f".:{BUILD}/radiance/lib", **environment})
+    if fail:
+        return done.returncode, done.stderr.decode()
+    if done.returncode:
+        raise AssertionError(f"{command}: {done.returncode}: {done.stderr.decode()[-500:]}")
+    return done.stdout
+
+
+def query(name, *options, vectors):
+    """rbfquery: rows of vectors to rows of values."""
+    out = np.frombuffer(run(["rbfquery", *options, "-ff", name], np.asarray(vectors, "<f4").tobytes()), "<f4")
+    return out.reshape(len(vectors), -1).astype(float)
+
+
+def vector(theta, phi, side=1):
+    theta, phi = math.radians(theta), math.radians(phi)
+    return np.array([math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), side * math.cos(theta)])
+
+
+def scene(name, text):
+    with open(os.path.join(WORK, name + ".rad"), "w") as file:
+        file.write(text)
+    with open(os.path.join(WORK, name + ".oct"), "wb") as file:
+        file.write(run(["oconv", name + ".rad"]))
+    return name + ".oct"
+
+
+def trace(octree, rays, *options):
+    """rtrace of rays (n x 6) to X, Y, Z (n x 3)."""
+    out = run(["rtrace", "-h", "-w", "-ff", *options, octree], np.asarray(rays, "<f4").tobytes())
+    return np.frombuffer(out, "<f4").reshape(len(rays), 3) @ XYZ.T
+
+
+def mean(values):
+    return values.mean(axis=0), values.std(axis=0, ddof=1) / math.sqrt(len(values))
+
+
+def square(name, modifier, half=50, z=0, up=True):
+    corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)][::1 if up else -1]
+    return f"{modifier} polygon {name} 0 0 12 " + " ".join(f"{x * half} {y * half} {z}" for x, y in corners) + "\n"
+
+
+def bsdf(name, kind="BSDF", up="0 1 0", thick=0):
+    return f"void {kind} m {'6 %g' % thick if kind == 'BSDF' else '5'} {name} {up} . 0 0\n"
+
+
+SPHERE = "void glow g 0 0 4 1 1 1 0\ng bubble env 0 0 4 0 0 0 1000\n"
+
+
+def sun(direction, radiance=1e4):
+    return (f"void light l 0 0 3 {radiance} {radiance} {radiance}\n"
+            f"l source sun 0 0 4 {direction[0]} {direction[1]} {direction[2]} .533\n")
+
+
+SUN = 2 * math.pi * (1 - math.cos(math.radians(.533 / 2)))  # solid angle
+FINE = ("-ab", "1", "-aa", "0", "-as", "0", "-lw", "1e-7", "-st", "0", "-dt", "0")
+
+
+def measure_glass():
+    """Clear glass: a beam of .6 degrees with 80 %, mirrored 8 %, and 3 % scattered, at incidences 0 to 80."""
+    sigma = .01
+    near = [(r * sigma * 57.3, a) for r in (0, .4, .8, 1.2, 1.6, 2, 2.5, 3, 4, 5, 7) for a in range(0, 360, 30)]
+    for theta in range(0, 81, 10):
+        for side, share in (("t", .80), ("r", .08)):
+            beam = vector(theta, 180)
+            across, along = np.array([0., 1, 0]), np.array([beam[2], 0, -beam[0]])
+            rows = [(t, p) for t in range(2, 89, 6) for p in range(0, 360, 15)]
+            for r, a in near:
+                d = beam + math.tan(math.radians(r)) * (math.cos(math.radians(a)) * along + math.sin(math.radians(a)) * across)
+                d /= np.linalg.norm(d)
+                if d[2] > .02:
+                    rows.append((math.degrees(math.acos(d[2])), math.degrees(math.atan2(d[1], d[0]))))
+            with open(os.path.join(WORK, "glass", f"{theta}{side}.txt"), "w") as file:
+                file.write(f"#intheta {theta}\n#inphi 0\n#upphi 0\n#format: theta phi DSF\n")
+                for t, p in rows:
+                    d = vector(t, p)
+                    dsf = share * math.exp((d @ beam - 1) / sigma**2) / (2 * math.pi * sigma**2) + .03 * d[2] / math.pi
+                    file.write(f"{180 - t if side == 't' else t:.4f} {p:.4f} {dsf:.6g}\n")
+
+
+class Render(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        shutil.rmtree(WORK, ignore_errors=True)
+        os.makedirs(os.path.join(WORK, "glass"))
+        for name, options, build in (("satin", (), ()), ("film", (), ("-l", "100")), ("redirect", (), ("-l", "60"))):
+            run(["goniometer", *options, name, name])
+            files = sorted(os.listdir(os.path.join(WORK, name)))
+            run(["mkrbf", "-q", *build, "-o", name + ".rbf", *(f"{name}/{f}" for f in files if f.endswith(".txt"))])
+        measure_glass()
+        run(["mkrbf", "-q", "-s", "I", "-o", "glass.rbf", *(f"glass/{f}" for f in sorted(os.listdir(os.path.join(WORK, "glass"))))])
+
+    def agrees(self, got, error, want, share, what):
+        limit = 4 * error + share * abs(want)
+        print(f"    {what}: {got:.5f} +- {error:.5f}, expected {want:.5f}")
+        self.assertLessEqual(abs(got - want), limit, what)
+
+    def furnace(self, name, kind="BSDF", share=.005, options=(), count=1000, thetas=(0, 30, 60, 75, 85)):
+        octree = scene("furnace", SPHERE + bsdf(name, kind) + square("s", "m"))
+        incident = [vector(t, p) for t in thetas for p in (0, 40)]
+        rays = np.repeat([np.concatenate([3 * v, -v]) for v in incident], count, axis=0)
+        values = trace(octree, rays, "-ab", "1", "-ad", "64", "-lw", "1e-7", "-st", "0", *options)
+        dhr = query(name, "-c", "-d", vectors=incident).reshape(-1, 2, 3).sum(axis=1)
+        for n, want in enumerate(dhr):
+            got, error = mean(values[n * count:(n + 1) * count])
+            for c in range(3):
+                self.agrees(got[c], error[c], want[c], share, f"{name} {kind} {'XYZ'[c]}, theta {thetas[n // 2]}")
+        return values
+
+    def test_white_furnace(self):
+        self.furnace("satin.rbf")
+        self.furnace("film.rbf")
+        self.furnace("redirect.rbf")
+
+    def test_white_furnace_through(self):
+        self.furnace("glass.rbf", "BSDF", thetas=(0, 30, 60, 75))
+        self.furnace("glass.rbf", "aBSDF", .01, thetas=(0, 30, 60, 75))
+        self.furnace("redirect.rbf", "aBSDF", .02)
+
+    def test_back(self):
+        """The side that was not measured is served by reciprocity."""
+        octree = scene("back", SPHERE + bsdf("satin.rbf") + square("s", "m"))
+        for theta in (5, 50):
+            v = vector(theta, 30, -1)
+            got, error = mean(trace(octree, [np.concatenate([3 * v, -v])] * 20, "-ab", "1", "-ad", "64", "-st", "0"))
+            want = query("satin.rbf", "-d", vectors=[v])[0].sum()
+            self.agrees(got[1], error[1], want, .01, f"satin from behind, theta {theta}")
+
+    def test_processes(self):
+        """-n 2 answers as -n 1 does."""
+        one = self.furnace("film.rbf", thetas=(45,))
+        two = self.furnace("film.rbf", thetas=(45,), options=("-n", "2"))
+        (a, ea), (b, eb) = mean(one), mean(two)
+        self.assertTrue(np.all(abs(a - b) <= 4 * np.hypot(ea, eb) + 1e-6))
+
+    def test_direct(self):
+        """Sun seen by way of the surface, without jitter: f itself, in the axes given by the up vector."""
+        z = np.array([0, 0, 1.])
+        for name, up in (("redirect.rbf", "0 1 0"), ("redirect.rbf", "1 0 0"), ("redirect.rbf", "1 2 0"), ("film.rbf", "0 1 0")):
+            u = np.array([float(c) for c in up.split()])
+            x = np.cross(u, z)
+            x /= np.linalg.norm(x)
+            axes = np.stack([x, np.cross(z, x), z])
+            for view, source in ((vector(20, 10), vector(35, 200)), (vector(50, 80), vector(40, 255)),
+                                 (vector(60, 300), vector(55, 130))):
+                if name == "redirect.rbf":
+                    source = source * [1, 1, -1]
+                octree = scene("direct", sun(source) + bsdf(name, up=up) + square("s", "m"))
+                got = trace(octree, [np.concatenate([3 * view, -view])], "-ab", "0", "-ss", "0")[0]
+                v, s = axes @ view, axes @ source
+                lambertian = query(name, "-c", vectors=[np.concatenate([v, s])])[0]
+                want = lambertian * 1e4 * SUN * abs(source[2])
+                self.assertTrue(np.allclose(got, want, rtol=2e-3, atol=1e-6), f"{name} up {up}: {got} instead of {want}")
+
+    def test_transform(self):
+        """xform turns the up vector with the surface."""
+        view, source = vector(30, 20), vector(40, 190) * [1, 1, -1]
+        plain = scene("plain", sun(source) + bsdf("redirect.rbf", up="1 2 0") + square("s", "m"))
+        with open(os.path.join(WORK, "turned.rad"), "wb") as file:
+            file.write(run(["xform", "-rz", "37", "-rx", "-25", "-ry", "110", "plain.rad"]))
+        with open(os.path.join(WORK, "turned.oct"), "wb") as file:
+            file.write(run(["oconv", "turned.rad"]))
+
+        def turn(axis, degrees):
+            c, s, (i, j) = math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), [(1, 2), (2, 0), (0, 1)][axis]
+            m = np.eye(3)
+            m[i, i] = m[j, j] = c
+            m[i, j], m[j, i] = -s, s
+            return m
+        m = turn(1, 110) @ turn(0, -25) @ turn(2, 37)
+        a = trace(plain, [np.concatenate([3 * view, -view])], "-ab", "0", "-ss", "0")[0]
+        b = trace("turned.oct", [np.concatenate([3 * m @ view, -m @ view])], "-ab", "0", "-ss", "0")[0]
+        self.assertGreater(a[1], 1e-3)
+        self.assertTrue(np.allclose(a, b, rtol=1e-3), f"{a} {b}")
+
+    def test_sun_and_sky(self):
+        """Irradiance under a satin panel, lit by sun and a sky that is brighter towards +x."""
+        source = vector(40, 0)
+        sky = ("void brightfunc b 2 1+Dx . 0 0\nb glow g 0 0 4 1 1 1 0\ng source sky 0 0 4 0 0 1 180\n")
+        panel = bsdf("satin.rbf") + square("s", "m", half=2000, z=3, up=False)  # its front looks down
+        axes = np.array([[-1., 0, 0], [0, 1, 0], [0, 0, -1]])  # world to panel: x = up cross normal
+
+        def shirley_chiu(n):  # directions of equal projected solid angle
+            a, b = np.meshgrid((np.arange(n) + .5) / n * 2 - 1, (np.arange(n) + .5) / n * 2 - 1)
+            big = abs(a) > abs(b)
+            r = np.where(big, a, b)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                phi = np.where(big, math.pi / 4 * b / a, math.pi / 2 - math.pi / 4 * a / b)
+            d = np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(1 - r * r)], axis=-1)
+            return d.reshape(-1, 3)
+
+        eye = shirley_chiu(300) * [1, 1, -1]  # from the panel down to the floor
+        pairs = np.concatenate([eye @ axes.T, np.broadcast_to(source @ axes.T, eye.shape)], axis=1)
+        by_sun = query("satin.rbf", vectors=pairs)[:, 0].mean() * math.pi * 1e4 * SUN * source[2]
+        # sky: for each of 900 directions, directions around the beam in rings that widen, plus the solid angle of each
+        eye = shirley_chiu(30) * [1, 1, -1]
+        edge = np.concatenate([[0], np.geomspace(.01, math.pi, 48)])
+        ring = (edge[1:] + edge[:-1]) / 2
+        solid = 2 * math.pi * (np.cos(edge[:-1]) - np.cos(edge[1:])) / 36
+        turn = np.radians(np.arange(36) * 10 + 5)
+        total = 0
+        for v in eye:
+            beam = -v
+            x = np.cross(beam, [0, 0, 1.])
+            x /= np.linalg.norm(x)
+            y = np.cross(beam, x)
+            d = (np.cos(ring)[:, None, None] * beam + np.sin(ring)[:, None, None] *
+                 (np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y))
+            weight = np.broadcast_to(solid[:, None], d.shape[:2]).ravel()
+            d = d.reshape(-1, 3)
+            up = d[:, 2] > 1e-3
+            d, weight = d[up], weight[up]
+            pairs = np.concatenate([np.broadcast_to(v @ axes.T, d.shape), d @ axes.T], axis=1)
+            total += (query("satin.rbf", vectors=pairs)[:, 0] * d[:, 2] * (1 + d[:, 0]) * weight).sum()
+        by_sky = total / len(eye) * math.pi
+        for lights, want, what in ((sun(source), by_sun, "sun"), (sky, by_sky, "sky"), (sun(source) + sky, by_sun + by_sky, "both")):
+            octree = scene("under", lights + panel)
+            floor = np.array([[x, y, 0, 0, 0, 1] for x in (0, .3, 5) for y in (0, 1, 7)], float)
+            got, error = mean(trace(octree, floor, "-I", *FINE, "-ad", "16384"))
+            self.agrees(got[1], error[1], want, .01, f"irradiance by {what}")
+
+    def test_sun_through_glass(self):
+        """aBSDF: the direct sun comes through once, and the view is crisp."""
+        for theta in (0, 30, 60):
+            source = vector(theta, 0)
+            octree = scene("glass", sun(source) + bsdf("glass.rbf", "aBSDF") + square("s", "m", half=2000, z=3, up=False))
+            floor = np.array([[.3 * n, .1, 0, 0, 0, 1] for n in range(4)], float)
+            want = query("glass.rbf", "-d", vectors=[source * [-1, 1, 1]])[0][1] * 1e4 * SUN * source[2]
+            direct = trace(octree, floor, "-I", "-ab", "0", "-dt", "0")[:, 1].mean()
+            self.assertGreater(direct / want, .85)
+            self.assertLess(direct / want, 1.)
+            got, error = mean(trace(octree, floor, "-I", *FINE, "-ad", "65536"))
+            self.agrees(got[1], error[1], want, .015, f"sun through glass at {theta}")
+        patch = "void glow g 0 0 4 1 1 1 0\ng source p 0 0 4 0 0 -1 1\n"  # half a degree around the view
+        octree = scene("view", patch + bsdf("glass.rbf", "aBSDF") + square("s", "m"))
+        seen = trace(octree, [[0, 0, 3, 0, 0, -1]] * 200, "-ab", "0", "-st", "0")[:, 1]
+        print(f"    view through: {seen.mean():.4f}")
+        self.assertGreater(np.quantile(seen, .02), .70, "the view through does not depend on chance")
+        self.assertLess(seen.mean(), .86)
+
+    def test_search_path(self):
+        os.makedirs(os.path.join(WORK, "elsewhere"), exist_ok=True)
+        shutil.copy(os.path.join(WORK, "film.rbf"), os.path.join(WORK, "elsewhere", "moved.rbf"))
+        octree = scene("path", SPHERE + bsdf("moved.rbf") + square("s", "m"))
+        rays = np.array([[0, 0, 3, 0, 0, -1]], "<f4").tobytes()
+        code, words = run(["rtrace", "-h", "-w", "-ff", octree], rays, fail=True)
+        self.assertEqual(code, 1)
+        self.assertIn("moved.rbf", words)
+        code, words = run(["rtrace", "-h", "-w", "-ff", octree], rays, fail=True,
+                          RAYPATH=f".:{WORK}/elsewhere:{BUILD}/radiance/lib")
+        self.assertEqual((code, words), (0, ""))
+
+    def test_bad_files(self):
+        with open(os.path.join(WORK, "film.rbf"), "rb") as file:
+            data = file.read()
+        rays = np.array([[0, 0, 3, 0, 0, -1]], "<f4").tobytes()
+        for name, content in (("half", data[:len(data) // 2]), ("magic", data[:8]), ("byte", data[:1]), ("empty", b""),
+                              ("words", b"<?xml version='1.0'?><a></a>"),
+                              ("flipped", data[:3000] + bytes([data[3000] ^ 255]) + data[3001:])):
+            with open(os.path.join(WORK, name + ".rbf"), "wb") as file:
+                file.write(content)
+            octree = scene("bad", SPHERE + bsdf(name + ".rbf") + square("s", "m"))
+            code, words = run(["rtrace", "-h", "-w", "-ff", octree], rays, fail=True)
+            print("   ", words.strip())
+            self.assertEqual(code, 1, name)
+            self.assertIn(name, words)
+
+    def test_picture(self):
+        octree = scene("picture", SPHERE + bsdf("film.rbf") + square("s", "m", half=1))
+        view = ["-vp", "0", "-2", "2", "-vd", "0", "1", "-1", "-x", "48", "-y", "48", "-ab", "1", "-ad", "64", "-st", "0"]
+        with open(os.path.join(WORK, "picture.hdr"), "wb") as file:
+            file.write(run(["rpict", *view, octree]))
+        with open(os.path.join(WORK, "picture.hdr"), "rb") as file:
+            values = np.array([line.split()[-1] for line in run(["pvalue", "-h", "-H", "-b"], file.read()).splitlines()], float)
+        self.assertEqual(len(values), 48 * 48)
+        want = query("film.rbf", "-d", vectors=[[0, -1, 1]])[0][0]
+        middle = values.reshape(48, 48)[20:28, 20:28].mean()
+        self.agrees(middle, 0, want, .03, "middle of the picture")
+
+    def test_rcontrib(self):
+        octree = scene("contrib", SPHERE + bsdf("satin.rbf") + square("s", "m"))
+        v = vector(40, 0)
+        rays = np.repeat([np.concatenate([3 * v, -v])], 200, axis=0)
+        out = np.frombuffer(run(["rcontrib", "-h", "-ff", "-m", "g", "-ab", "1", "-ad", "64", "-lw", "1e-7", "-st", "0", octree],
+                                rays.astype("<f4").tobytes()), "<f4").reshape(-1, 3)
+        got, error = mean(out @ XYZ.T)
+        self.agrees(got[1], error[1], query("satin.rbf", "-d", vectors=[v])[0].sum(), .005, "rcontrib coefficient")
+
+    def test_photon_map(self):
+        """Photons through the panel: about the irradiance that the backward calculation finds."""
+        room = ("void plastic grey 0 0 5 .5 .5 .5 0 0\n" + square("floor", "grey", half=4) + bsdf("satin.rbf") +
+                square("s", "m", half=1, z=2, up=False) + "void light lamp 0 0 3 50 50 50\n" + square("lamp", "lamp", half=.5, z=3, up=False))
+        octree = scene("photons", room)
+        run(["mkpmap", "-fo+", "-apg", "photons.gpm", "40000", "-apD", "0", octree])
+        floor = np.array([[.2 * n - .4, .1, .001, 0, 0, 1] for n in range(5)], float)
+        a, _ = mean(trace(octree, floor, "-I", *FINE, "-ad", "16384"))
+        b, _ = mean(trace(octree, floor, "-I", "-ab", "-1", "-ap", "photons.gpm", "200"))
+        self.agrees(b[1], 0, a[1], .15, "photon map")
+
+
+if __name__ == "__main__":
+    if not os.path.exists(os.path.join(RADIANCE, "rtrace")):
+        print("SKIP: Radiance was not built")
+        sys.exit(0)
+    unittest.main(verbosity=2)
