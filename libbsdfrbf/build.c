@@ -2,6 +2,7 @@
 /* From measurements to a model: the stages in their order. */
 #include "advect.h"
 #include "assemble.h"
+#include "asymmetry.h"
 #include "choose.h"
 #include "fit.h"
 #include "sample.h"
@@ -13,6 +14,7 @@
 static const double SAME_DEG = .25;      /* incidences closer than this are one */
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 enum { FIT_TRIALS = 8, FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
+static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float LOBES_GAIN = .95f, LOBES_SAME = 1.03f;
 static const char *const component_name[4] = {"rf", "rb", "tf", "tb"};
 
@@ -246,6 +248,22 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	return BSDFRBF_OK;
 }
 
+/* Tells the user when the data contradict the symmetry. */
+static void check_symmetry(bsdfrbf_context *context, const char *name, const job *j, rbf_component *c)
+{
+	float worst;
+	uint32_t base;
+	rbf_asymmetry(&j->fitted, c->lambertian[rbf_luminance(j->fitted.channels)], &c->facts.asymmetry, &worst, &base);
+	const float noise = fmaxf(ASYMMETRY_NOISE * fmaxf(j->held_out, 0), ASYMMETRY_MIN);
+	if (c->facts.asymmetry > noise) {
+		double theta, phi;
+		angles(j->direction + 3*base, &theta, &phi);
+		rbf_warn(context, "%s: taken as %s, but the data differ from their mirror images by %.0f %% on average and %.0f %% at theta %.1f phi %.1f; "
+			"check the sample's orientation, or measure the other azimuths", name, j->symmetry.text,
+			100 * (double)c->facts.asymmetry, 100 * (double)worst, theta, phi);
+	}
+}
+
 /* A directed edge between a base and a vertex, mirrored so that the base is the measured one. */
 typedef struct edge {
 	uint32_t from, to, op;
@@ -362,7 +380,6 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_comp
 	}
 	c->facts.fit_error = j->held_out;
 	c->facts.loo_error = j->choice.error;
-	c->facts.asymmetry = -1;
 	memcpy(c->facts.frame_share, j->choice.share, sizeof c->facts.frame_share);
 	memcpy(c->facts.symmetry_text, j->symmetry.text, sizeof c->facts.symmetry_text);
 	return BSDFRBF_OK;
@@ -382,6 +399,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, -1, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
+	check_symmetry(context, name, j, c);
 	if (rbf_label_prepare(&j->fitted))
 		return out_of_memory(context);
 	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], from + .4 * span, from + .8 * span, &j->choice));
