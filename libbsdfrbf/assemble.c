@@ -5,22 +5,86 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DHR_SIZE = 91, DHR_SIZE_ISOTROPIC = 361 };
+enum { DHR_SIZE = 129, DHR_SIZE_ISOTROPIC = 361 };
 static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
 
-/* Largest angle from a base to a neighbouring vertex. */
-static float margin_of(const rbf_fitted *m, uint32_t base)
+static float angle(const float a[3], const float b[3])
 {
-	const float b[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
-	float margin = 0;
-	for (uint32_t n = m->neighbour_first[base]; n < m->neighbour_first[base + 1]; n++)
-		margin = fmaxf(margin, acosf(fminf(rbf_dot(b, m->mesh.vertex[m->neighbour[n]].direction), 1.f)));
-	return margin;
+	return acosf(fminf(fmaxf(rbf_dot(a, b), -1.f), 1.f));
+}
+
+/* Largest residual motion of every lobe, rad; room for all lanes. */
+static void motions(const rbf_component *c, float *motion)
+{
+	memset(motion, 0, (size_t)c->blocks * RBF_LANES * sizeof *motion);
+	for (uint32_t e = 0; e < c->mesh.elements && c->shift_of; e++)
+		for (uint32_t slot = 0; slot < 6; slot++) {
+			const uint32_t at = c->shift_of[e * 6 + slot], base = c->mesh.vertex[c->mesh.element[e].v[slot / 2]].base;
+			const uint32_t first = c->set[base * c->frames].first, blocks = rbf_assemble_blocks(c, base);
+			for (uint32_t i = 0; i < blocks * RBF_LANES && at != RBF_NO_SHIFT; i++) {
+				const rbf_shift *s = &c->shift[at + i / RBF_LANES];
+				const float x = s->x[i % RBF_LANES], y = s->y[i % RBF_LANES], z = s->z[i % RBF_LANES];
+				float *m = &motion[(size_t)first * RBF_LANES + i];
+				*m = fmaxf(*m, 1.05f * sqrtf(x*x + y*y + z*z));
+			}
+		}
+}
+
+int rbf_assemble_bounds(rbf_component *c)
+{
+	const size_t lanes = (size_t)c->blocks * RBF_LANES;
+	const rbf_mesh *mesh = &c->mesh;
+	const uint32_t y = rbf_luminance(c->channels);
+	rbf_reach *reach = calloc((size_t)mesh->bases + 1, sizeof *reach);
+	float *motion = malloc((lanes + 1) * sizeof *motion), *bound = (float *)c->reach, *cumulative = (float *)c->cumulative;
+	if (!reach || !motion) {
+		free(reach);
+		free(motion);
+		return -1;
+	}
+	motions(c, motion);
+	for (uint32_t v = 0; v < mesh->vertices; v++)
+		rbf_mirror(mesh->vertex[v].op, mesh->vertex[v].direction, reach[mesh->vertex[v].base].base);
+	for (uint32_t e = 0; e < mesh->elements + mesh->borders; e++) {
+		const int border = e >= mesh->elements;
+		const uint32_t *v = border ? mesh->border[e - mesh->elements] : mesh->element[e].v;
+		for (int i = 0; i < (border ? 2 : 3); i++) {
+			const rbf_vertex *a = &mesh->vertex[v[i]], *b = &mesh->vertex[v[border ? 1 - i : (i + 1) % 3]];
+			const float m = angle(a->direction, b->direction);
+			reach[a->base].margin = fmaxf(reach[a->base].margin, m);
+			reach[b->base].margin = fmaxf(reach[b->base].margin, m);
+			if (border)
+				reach[a->base].beyond = fmaxf(reach[a->base].beyond, asinf(fminf(a->direction[2], 1.f)));
+		}
+	}
+	for (uint32_t b = 0; b < mesh->bases; b++)
+		for (uint32_t f = 0; f < c->frames; f++) {
+			rbf_set *s = (rbf_set *)&c->set[b * c->frames + f];
+			rbf_reach *r = &reach[b];
+			r->map = c->frame[f];
+			r->beyond = fmaxf(r->beyond, r->margin);
+			s->mass[0] = s->mass[1] = 0;
+			for (size_t slot = (size_t)s->first * RBF_LANES; slot < (size_t)(s->first + s->blocks) * RBF_LANES; slot++) {
+				const rbf_block *k = &c->block[slot / RBF_LANES];
+				const int lane = slot % RBF_LANES;
+				const float centre[3] = {k->x[lane], k->y[lane], k->z[lane]};
+				r->motion = motion[slot];
+				rbf_lobe_reach(r, centre, k->k[lane], &bound[slot], &bound[lanes + slot]);
+				const double mass = (double)(c->amplitude[(size_t)y * c->blocks + slot / RBF_LANES].a[lane] * bound[slot]) * rbf_lobe_integral((double)k->k[lane]);
+				s->mass[0] += mass;
+				s->mass[1] += mass * (double)bound[lanes + slot];
+				cumulative[slot] = (float)s->mass[0];
+				cumulative[lanes + slot] = (float)s->mass[1];
+			}
+		}
+	free(reach);
+	free(motion);
+	return 0;
 }
 
 int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float *label, rbf_component *c)
 {
-	const uint32_t lobes = m->lobe_first[m->bases], y = rbf_luminance(m->channels);
+	const uint32_t lobes = m->lobe_first[m->bases];
 	c->channels = m->channels;
 	c->mesh = m->mesh;
 	c->frames = frames;
@@ -53,43 +117,31 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 	}
 	for (uint32_t f = 0; f < frames; f++)
 		c->frame[f] = frame[f];
-	const size_t lanes = (size_t)c->blocks * RBF_LANES;
 	for (uint32_t b = 0; b < m->bases; b++) {
 		const rbf_lobes *l = &m->lobes[b];
-		const float base[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
-		const float margin = margin_of(m, b);
 		for (uint32_t f = 0; f < frames; f++) {
-			rbf_set *s = &set[b * frames + f];
-			uint32_t at = 0;
-			for (uint32_t i = 0; i < l->count || at % RBF_LANES; i++) {
-				const uint32_t to = s->first + at / RBF_LANES, lane = at % RBF_LANES;
-				const size_t slot = (size_t)s->first * RBF_LANES + at;
-				if (i >= l->count) { /* unused lanes */
-					block[to].z[lane] = 1;
-					reach[slot] = 1;
-				} else {
-					const float part = label[(size_t)f * lobes + m->lobe_first[b] + i];
-					if (!(part > 0))
-						continue;
-					float centre[3];
-					const float kappa = rbf_lobe_kappa(l, i);
-					rbf_lobe_centre(l, i, centre);
-					block[to].x[lane] = centre[0];
-					block[to].y[lane] = centre[1];
-					block[to].z[lane] = centre[2];
-					block[to].k[lane] = kappa;
-					for (uint32_t n = 0; n < m->channels; n++)
-						amplitude[(size_t)n * c->blocks + to].a[lane] = part * rbf_lobe_amplitude(l, n, i);
-					rbf_lobe_reach(frame[f], base, centre, kappa, margin, &reach[slot], &reach[lanes + slot]);
-					const double mass = amplitude[(size_t)y * c->blocks + to].a[lane] * rbf_lobe_integral(kappa) * reach[slot];
-					s->mass[0] += mass;
-					s->mass[1] += mass * reach[lanes + slot];
-				}
-				cumulative[slot] = (float)s->mass[0];
-				cumulative[lanes + slot] = (float)s->mass[1];
-				at++;
+			uint32_t at = set[b * frames + f].first * RBF_LANES;
+			for (uint32_t i = 0; i < l->count; i++) {
+				const float part = label[(size_t)f * lobes + m->lobe_first[b] + i];
+				if (!(part > 0))
+					continue;
+				const uint32_t to = at / RBF_LANES, lane = at++ % RBF_LANES;
+				float centre[3];
+				rbf_lobe_centre(l, i, centre);
+				block[to].x[lane] = centre[0];
+				block[to].y[lane] = centre[1];
+				block[to].z[lane] = centre[2];
+				block[to].k[lane] = rbf_lobe_kappa(l, i);
+				for (uint32_t n = 0; n < m->channels; n++)
+					amplitude[(size_t)n * c->blocks + to].a[lane] = part * rbf_lobe_amplitude(l, n, i);
 			}
+			for (; at % RBF_LANES; at++) /* unused lanes */
+				block[at / RBF_LANES].z[at % RBF_LANES] = 1;
 		}
+	}
+	if (rbf_assemble_bounds(c)) {
+		rbf_assemble_release(c);
+		return -1;
 	}
 	return 0;
 }
@@ -198,8 +250,10 @@ int rbf_assemble_cull(rbf_component *c, float reach)
 {
 	const size_t cells = RBF_CULL_GRID * RBF_CULL_GRID;
 	uint64_t *cull = malloc((c->sets * cells + 1) * sizeof *cull);
-	if (!cull)
+	if (!cull || (reach > 0 && rbf_assemble_bounds(c))) {
+		free(cull);
 		return -1;
+	}
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t s = 0; s < (int64_t)c->sets; s++) {
 		float bound[64];
@@ -247,7 +301,7 @@ int rbf_assemble_dhr(rbf_component *c)
 		rbf_site_locate(c, d, &site);
 		rbf_site_dhr(&site, value);
 		for (uint32_t channel = 0; channel < c->channels; channel++)
-			table[channel * nodes + (size_t)n] = (float)value[channel];
+			table[channel * nodes + (size_t)n] = (float)value[channel] * fmaxf(d[2], RBF_DHR_Z);
 	}
 	for (size_t n = 0; n < nodes && !isotropic; n++) {
 		float d[3];

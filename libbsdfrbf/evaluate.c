@@ -24,6 +24,7 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 static void set_incident(const rbf_component *c, const float incident[3], rbf_site *site)
 {
 	site->component = c;
+	site->scale = 1;
 	site->op = RBF_OP_NONE;
 	site->cosine = 1;
 	site->sine = 0;
@@ -40,6 +41,53 @@ static void set_incident(const rbf_component *c, const float incident[3], rbf_si
 		site->op = (unsigned)rbf_symmetry_fold(c->mesh.symmetry, incident);
 		rbf_mirror(site->op, incident, site->incident);
 	}
+}
+
+/* incident is folded */
+static void table_dhr(const rbf_component *c, const float incident[3], float value[3])
+{
+	const uint32_t size = c->dhr_size;
+	const float scale = 1 / fmaxf(incident[2], RBF_DHR_Z);
+	if (c->mesh.symmetry == RBF_ISOTROPIC) {
+		const float theta = atan2f(hypotf(incident[0], incident[1]), incident[2]);
+		const float x = fminf(theta * (float)(2 / RBF_PI), 1.f) * (float)(size - 1);
+		const uint32_t i = x < (float)(size - 2) ? (uint32_t)x : size - 2;
+		const float t = x - (float)i;
+		for (uint32_t n = 0; n < c->channels; n++)
+			value[n] = scale * ((1 - t) * c->dhr[n*size + i] + t * c->dhr[n*size + i + 1]);
+		return;
+	}
+	float square[2], t[2];
+	uint32_t at[2];
+	rbf_square_from_direction(incident, square);
+	for (int n = 0; n < 2; n++) {
+		const float x = (square[n] + 1) * .5f * (float)(size - 1);
+		at[n] = x < (float)(size - 2) ? (uint32_t)x : size - 2;
+		t[n] = x - (float)at[n];
+	}
+	for (uint32_t n = 0; n < c->channels; n++) {
+		const float *table = c->dhr + (size_t)n * size * size + (size_t)at[1] * size + at[0];
+		value[n] = scale * ((1 - t[1]) * ((1 - t[0]) * table[0] + t[0] * table[1])
+			+ t[1] * ((1 - t[0]) * table[size] + t[0] * table[size + 1]));
+	}
+}
+
+/* Beyond the last measured incidence nothing is known; what is carried on there must not gain energy, as facets without shadows
+ * would (1/cos). */
+static float scale_outside(const rbf_component *c, const float incident[3], const uint32_t corner[3], const float weight[3])
+{
+	const uint32_t y = rbf_luminance(c->channels);
+	float edge[3] = {0, 0, 0}, here[3], there[3];
+	for (int k = 0; k < 3; k++)
+		for (int n = 0; n < 3; n++)
+			edge[n] += weight[k] * c->mesh.vertex[corner[k]].direction[n];
+	if (!c->dhr || !(rbf_normalize(edge) > 0))
+		return 1;
+	table_dhr(c, incident, here);
+	if (c->mesh.symmetry != RBF_ISOTROPIC)
+		rbf_mirror((unsigned)rbf_symmetry_fold(c->mesh.symmetry, edge), edge, edge);
+	table_dhr(c, edge, there);
+	return there[y] < here[y] ? there[y] / here[y] : 1;
 }
 
 void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
@@ -59,6 +107,8 @@ void rbf_site_locate(const rbf_component *component, const float incident[3], rb
 	for (int n = 0; n < 3; n++)
 		vertex[n] = component->mesh.vertex[corner[n]];
 	set_corners(site, vertex, weight, 3);
+	if (element & RBF_MESH_BORDER)
+		site->scale = scale_outside(component, site->incident, corner, weight);
 	if (!component->residual)
 		return;
 	const uint32_t e = element & RBF_MESH_BORDER ? component->mesh.border[element & ~RBF_MESH_BORDER][2] : element;
@@ -181,37 +231,23 @@ void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3])
 	float folded[3];
 	rbf_site_fold(site, exitant, folded);
 	rbf_site_dsf(site, folded, value);
-	const float scale = 1 / fmaxf(folded[2], RBF_HORIZON_Z);
+	const float scale = site->scale / fmaxf(folded[2], RBF_HORIZON_Z);
 	for (uint32_t n = 0; n < site->component->channels; n++)
 		value[n] *= scale;
 }
 
 void rbf_component_dhr(const rbf_component *c, const float incident[3], float value[3])
 {
-	const uint32_t size = c->dhr_size;
-	if (c->mesh.symmetry == RBF_ISOTROPIC) {
-		const float theta = atan2f(hypotf(incident[0], incident[1]), incident[2]);
-		const float x = fminf(theta * (float)(2 / RBF_PI), 1.f) * (float)(size - 1);
-		const uint32_t i = x < (float)(size - 2) ? (uint32_t)x : size - 2;
-		const float t = x - (float)i;
+	rbf_site site;
+	uint32_t corner[3];
+	float weight[3];
+	set_incident(c, incident, &site);
+	const uint32_t element = rbf_mesh_locate(&c->mesh, site.incident, corner, weight);
+	table_dhr(c, site.incident, value);
+	if (element & RBF_MESH_BORDER) {
+		const float scale = scale_outside(c, site.incident, corner, weight);
 		for (uint32_t n = 0; n < c->channels; n++)
-			value[n] = (1 - t) * c->dhr[n*size + i] + t * c->dhr[n*size + i + 1];
-		return;
-	}
-	float folded[3], square[2];
-	rbf_mirror((unsigned)rbf_symmetry_fold(c->mesh.symmetry, incident), incident, folded);
-	rbf_square_from_direction(folded, square);
-	uint32_t at[2];
-	float t[2];
-	for (int n = 0; n < 2; n++) {
-		const float x = (square[n] + 1) * .5f * (float)(size - 1);
-		at[n] = x < (float)(size - 2) ? (uint32_t)x : size - 2;
-		t[n] = x - (float)at[n];
-	}
-	for (uint32_t n = 0; n < c->channels; n++) {
-		const float *table = c->dhr + (size_t)n * size * size + (size_t)at[1] * size + at[0];
-		value[n] = (1 - t[1]) * ((1 - t[0]) * table[0] + t[0] * table[1])
-			+ t[1] * ((1 - t[0]) * table[size] + t[0] * table[size + 1]);
+			value[n] *= scale;
 	}
 }
 

@@ -18,6 +18,7 @@ typedef struct rbf_site {
 	uint32_t corners;           /* those with weight > 0 */
 	uint32_t base[3], vertex_op[3];
 	float weight[3];
+	float scale;                /* of all values: 1, but less outside the mesh where energy would grow */
 	const rbf_shift *shift[3][2]; /* residual motion of a corner towards two others, NULL: none */
 	float shift_weight[3][2];
 	rbf_warp warp[3][RBF_MAX_FRAMES];
@@ -47,7 +48,7 @@ void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3]);
 /* f without the Lambertian part, sr^-1; exitant in the component's half space, not folded. */
 void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3]);
 
-/* DHR of the scattered part from the component's table. */
+/* DHR of the scattered part from the component's table. Outside the mesh it is at most that of the nearest point of the boundary. */
 void rbf_component_dhr(const rbf_component *component, const float incident[3], float value[3]);
 
 /* What a pair of public directions means: the component that answers (NULL: none), the vectors in its half space, and

@@ -27,6 +27,7 @@ static inline const char *rbf_map_name(unsigned map)
 
 #define RBF_VALID_Z 0.3f     /* mapped directions lower than this lose weight: lobes are less certain there */
 #define RBF_SHIFT_MIN_Z 0.02f
+#define RBF_SLANT_MAX 11.43f /* tan 85 degrees: beyond, the half map's change of solid angle is held, so that it has a bound */
 
 /* A map made ready for incident direction i and a corner's measured direction k. */
 typedef struct rbf_warp {
@@ -35,6 +36,7 @@ typedef struct rbf_warp {
 	float m[9];      /* rotations; else 0 */
 	float gain;      /* half: cos k / cos i */
 	float sine;      /* sine of the angle between i and k */
+	float most;      /* half: limit of the change of solid angle */
 } rbf_warp;
 
 static inline void rbf_warp_set(rbf_warp *w, unsigned map, const float i[3], const float k[3])
@@ -46,6 +48,7 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const float i[3], con
 	}
 	w->gain = 1;
 	w->sine = 0;
+	w->most = 1;
 	for (int n = 0; n < 9; n++)
 		w->m[n] = 0;
 	if (map >= RBF_MAP_MIRROR && map <= RBF_MAP_RETRO) {
@@ -61,6 +64,7 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const float i[3], con
 		const float c = rbf_dot(i, k);
 		w->gain = k[2] / fmaxf(i[2], 0.01f);
 		w->sine = sqrtf(fmaxf(1 - c*c, 0.f));
+		w->most = 1 + w->sine * RBF_SLANT_MAX;
 	}
 }
 
@@ -84,7 +88,8 @@ static inline float rbf_warp_forward(const rbf_warp *w, const float o[3], float 
 		const float t = 2 * c / q;
 		for (int n = 0; n < 3; n++)
 			out[n] = t*s[n] - w->k[n];
-		return w->gain;
+		const float ci = rbf_dot(s, w->i);
+		return ci <= w->most * c ? w->gain : w->gain * (w->most * c / ci);
 	}
 	case RBF_MAP_SHIFT: {
 		const float x = o[0] - w->k[0] + w->i[0], y = o[1] - w->k[1] + w->i[1], z2 = 1 - x*x - y*y;
@@ -132,7 +137,7 @@ static inline float rbf_warp_inverse(const rbf_warp *w, const float p[3], float 
 		const float t = 2 * ci / q;
 		for (int n = 0; n < 3; n++)
 			out[n] = t*s[n] - w->i[n];
-		return w->gain * (ci / ck); /* Walter et al. 2007, eq. 14: d(o) = 4 (o.h) d(h) */
+		return w->gain * fminf(ci / ck, w->most); /* Walter et al. 2007, eq. 14: d(o) = 4 (o.h) d(h) */
 	}
 	case RBF_MAP_SHIFT: {
 		const float x = p[0] + w->k[0] - w->i[0], y = p[1] + w->k[1] - w->i[1], z2 = 1 - x*x - y*y;
@@ -156,6 +161,6 @@ static inline float rbf_warp_inverse(const rbf_warp *w, const float p[3], float 
  * for the half map i.h / k.h <= cos a + sin a tan b, a between i and k, b between h and k. */
 static inline float rbf_warp_bound(const rbf_warp *w, float t)
 {
-	return w->map == RBF_MAP_HALF ? w->gain * (1 + w->sine * t) : 1.f;
+	return w->map == RBF_MAP_HALF ? w->gain * (1 + w->sine * fminf(t, RBF_SLANT_MAX)) : 1.f;
 }
 #endif

@@ -12,19 +12,27 @@
 
 #include <string.h>
 
-enum { TRIES = 256, SPIRAL_MOST = 48 };
-static const float SPREAD = 3;          /* sigmas that the bounds cover */
-static const float SLANT_MAX = 3.73f;   /* tan 75 degrees */
+enum { TRIES = 256, SPIRAL_MOST = 64 };
+static const float SPREAD = 4;          /* sigmas that the bounds cover: all but 3e-4 of a lobe */
+static const float TWIST = .05f;        /* what two rotations one after the other can add to the angle between the corners */
 
-void rbf_lobe_reach(unsigned map, const float base[3], const float centre[3], float kappa, float margin, float *gain, float *slant)
+void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, float *gain, float *slant)
 {
-	const float sigma = kappa > 0 ? 1 / sqrtf(kappa) : 3;
-	const float theta = acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + SPREAD * sigma + margin;
-	*gain = map == RBF_MAP_FIXED || theta < acosf(RBF_VALID_Z) ? 1 : RBF_VALID_GAIN;
+	const float spread = (kappa > 0 ? SPREAD / sqrtf(kappa) : 4) + r->motion;
+	const float lobe = acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + spread;
+	float lowest = cosf(fminf(lobe + r->margin + TWIST, (float)(RBF_PI / 2))); /* z at another corner */
+	if (r->map == RBF_MAP_SHIFT) {
+		const float s = sinf(fminf(lobe, (float)(RBF_PI / 2))) + 2 * sinf(.5f * r->margin);
+		lowest = s < 1 ? sqrtf(1 - s*s) : 0;
+	}
+	const float v = lowest * (1 / RBF_VALID_Z);
+	*gain = r->map == RBF_MAP_FIXED || v >= 1 ? 1 : v * v > 1 / RBF_VALID_GAIN ? 1 / (v * v) : RBF_VALID_GAIN;
 	*slant = 0;
-	if (map == RBF_MAP_HALF) {
-		const float half = .5f * (acosf(fminf(fmaxf(rbf_dot(base, centre), -1.f), 1.f)) + SPREAD * sigma);
-		*slant = half < 1.309f ? tanf(half) : SLANT_MAX;
+	if (r->map == RBF_MAP_HALF) {
+		/* exitant directions above the horizon map to at most `beyond` below it */
+		const float theta = acosf(fminf(fmaxf(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
+		const float half = .5f * fminf(acosf(fminf(fmaxf(rbf_dot(r->base, centre), -1.f), 1.f)) + spread, theta);
+		*slant = half < 1.55f ? fminf(tanf(half), RBF_SLANT_MAX) : RBF_SLANT_MAX;
 	}
 }
 
@@ -181,78 +189,72 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 	return 0;
 }
 
-/* Points of equal energy over a lobe, on a spiral: -log of the energy outside, and the azimuth. */
-typedef struct spiral {
-	int points;
-	double outside[SPIRAL_MOST], cosine[SPIRAL_MOST], sine[SPIRAL_MOST];
-} spiral;
+/* Points of equal energy over a lobe, on a spiral. */
+typedef struct spiral { double cosine[SPIRAL_MOST], sine[SPIRAL_MOST]; } spiral;
 
-static void spiral_set(spiral *s, int points)
-{
-	s->points = points;
-	for (int q = 0; q < points; q++) {
-		const double phi = 2 * RBF_PI * .6180339887 * q;
-		s->outside[q] = (q + .5) / points;
-		s->cosine[q] = cos(phi);
-		s->sine[q] = sin(phi);
-	}
-}
-
-/* Share of a lobe's energy that arrives: mean over the spiral, turned differently for each lobe. */
-static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float centre[3], float kappa, const spiral *s, uint32_t turn)
+/* Share of a lobe's energy that arrives: mean over the spiral, turned and drawn out differently for each lobe. */
+static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float centre[3], float kappa, const spiral *s, int points,
+	uint32_t turn, int inside)
 {
 	const double phi = 2 * RBF_PI * .7548776662 * turn, c = cos(phi), q = sin(phi), faint = exp(-2. * (double)kappa);
+	const double start = fmod(.5698402910 * turn + .5, 1);
 	double sum = 0;
-	for (int i = 0; i < s->points; i++) {
+	for (int i = 0; i < points; i++) {
 		float drawn[3], exitant[3];
-		const double w = -log(s->outside[i] + (1 - s->outside[i]) * faint) / (double)kappa;
+		const double outside = (i + start) / points, w = -log(outside + (1 - outside) * faint + 1e-30) / (double)kappa;
 		around(centre, fmin(w, 2), c * s->cosine[i] - q * s->sine[i], q * s->cosine[i] + c * s->sine[i], drawn);
-		sum += (double)carry(site, k, f, drawn, exitant);
+		if (inside) {
+			float p[3];
+			rbf_mirror(site->vertex_op[k], drawn, p);
+			sum += (double)rbf_warp_inverse(&site->warp[k][f], p, exitant);
+		} else
+			sum += (double)carry(site, k, f, drawn, exitant);
 	}
-	return sum / s->points;
+	return sum / points;
 }
+
+/* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
+static const double POINTS_INSIDE = 1200, POINTS_HORIZON = 4000;
 
 void rbf_site_dhr(const rbf_site *site, double value[3])
 {
 	const rbf_component *c = site->component;
 	const uint32_t y = rbf_luminance(c->channels);
-	spiral one, few, some, many;
-	spiral_set(&one, 1);
-	spiral_set(&few, 4);
-	spiral_set(&some, 16);
-	spiral_set(&many, SPIRAL_MOST);
+	double all = 0;
+	spiral s;
+	for (int q = 0; q < SPIRAL_MOST; q++) {
+		s.cosine[q] = cos(2 * RBF_PI * .6180339887 * q);
+		s.sine[q] = sin(2 * RBF_PI * .6180339887 * q);
+	}
 	value[0] = value[1] = value[2] = 0;
+	for (uint32_t k = 0; k < site->corners; k++)
+		for (uint32_t f = 0; f < c->frames; f++)
+			all += (double)site->weight[k] * rbf_bound_set(c, site->base[k] * c->frames + f)->mass[0];
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
-			const int turns = c->frame[f] == RBF_MAP_FIXED || (c->frame[f] >= RBF_MAP_MIRROR && c->frame[f] <= RBF_MAP_RETRO);
+			const rbf_warp *warp = &site->warp[k][f];
+			const int fixed = c->frame[f] == RBF_MAP_FIXED, turns = fixed || (c->frame[f] >= RBF_MAP_MIRROR && c->frame[f] <= RBF_MAP_RETRO);
+			const float turn = fixed ? 0 : acosf(fminf(rbf_dot(warp->i, warp->k), 1.f));
 			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
 				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
 				const float kappa = c->block[block].k[lane];
 				if (!(kappa > 0))
 					continue;
 				float centre[3];
-				const float sigma = 1 / sqrtf(kappa);
 				moved_centre(site, k, block, lane, centre);
 				/* clear of the horizon, where shares are even and nothing is lost */
-				const int inside = c->frame[f] == RBF_MAP_FIXED ? centre[2] > 4 * sigma + RBF_HORIZON_Z
-					: c->reach[(size_t)block * RBF_LANES + lane] == 1;
+				const int inside = (fixed || c->reach[(size_t)block * RBF_LANES + lane] == 1)
+					&& acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + SPREAD / sqrtf(kappa) + turn < 1.56f;
 				double mean = 1; /* a rotation keeps the energy */
-				const double energy = rbf_lobe_integral((double)kappa);
+				const double energy = (double)site->weight[k] * rbf_lobe_integral((double)kappa);
 				if (!turns || !inside) {
-					/* points where they count: wide lobes near the horizon, and those with much of the energy */
-					const double part = energy * (double)c->amplitude[(size_t)y * c->blocks + block].a[lane] / set->mass[0];
-					const spiral *s = inside ? (sigma < .03f ? &one : sigma < .1f ? &few : &some)
-						: sigma < .03f ? &few : sigma < .15f ? &some : &many;
-					if (part < 2e-4)
-						s = &one;
-					else if (part < 2e-3 && s->points > few.points)
-						s = &few;
-					mean = arriving(site, k, f, centre, kappa, s, i);
+					const double part = energy * (double)c->amplitude[(size_t)y * c->blocks + block].a[lane] / all;
+					const double points = ceil(part * (inside ? POINTS_INSIDE : POINTS_HORIZON));
+					mean = arriving(site, k, f, centre, kappa, &s, points < SPIRAL_MOST ? points > 1 ? (int)points : 1 : SPIRAL_MOST, i, inside);
 				}
-				const double scale = (double)site->weight[k] * mean * energy;
 				for (uint32_t n = 0; n < c->channels; n++)
-					value[n] += scale * (double)c->amplitude[(size_t)n * c->blocks + block].a[lane];
+					value[n] += energy * mean * (double)c->amplitude[(size_t)n * c->blocks + block].a[lane];
 			}
 		}
 }

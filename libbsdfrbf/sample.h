@@ -17,6 +17,15 @@ void rbf_site_dhr(const rbf_site *site, double value[3]);
 /* Direction from a lobe exp(kappa (cos - 1)), kappa > 0, by two numbers of [0, 1); may lie below the horizon. */
 void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3]);
 
-/* Bounds stored with each lobe (rbf_component.reach), see sample.c. margin: largest angle to a neighbouring vertex. */
-void rbf_lobe_reach(unsigned map, const float base[3], const float centre[3], float kappa, float margin, float *gain, float *slant);
+/* What the bounds of a lobe depend on, angles in radians. */
+typedef struct rbf_reach {
+	unsigned map;
+	float base[3];       /* measured incidence */
+	float margin;        /* largest angle to a neighbouring vertex */
+	float beyond;        /* largest angle to an incident direction that the base serves */
+	float motion;        /* largest residual motion of the lobe */
+} rbf_reach;
+
+/* Bounds stored with each lobe (rbf_component.reach), see sample.c. */
+void rbf_lobe_reach(const rbf_reach *reach, const float centre[3], float kappa, float *gain, float *slant);
 #endif
