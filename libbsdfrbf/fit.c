@@ -11,13 +11,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SMOOTH = 8, SPACING = 5, GROUP = 16, FLOOR_PLACES = 1500, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16 };
+enum { SMOOTH = 8, SPACING = 5, GROUP = 16, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16 };
 static const float PEAK_MIN = .01f, PEAK_PART = .05f; /* of the highest peak; of a peak's own height */
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
 static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
 static const double RIDGE = 1e-5;
+static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
 static const double WEIGHT_FLOOR = 1e-3;
 static const double CUT = 5;            /* sigmas beyond which a lobe is left out of the equations: exp(-12.5) */
 
@@ -29,6 +30,7 @@ typedef struct work {
 	float *y[3];              /* DSF less the Lambertian part */
 	float *smooth;            /* geometric mean of the neighbours, luminance */
 	float *spacing, *nearest;
+	uint8_t *outlier;         /* 1: not used */
 	const float *level;       /* luminance of y */
 	uint32_t lobes;
 	float (*centre)[3];
@@ -44,6 +46,7 @@ static void work_free(work *k)
 	free(k->smooth);
 	free(k->spacing);
 	free(k->nearest);
+	free(k->outlier);
 	free(k->centre);
 	free(k->kappa);
 	free(k->gram);
@@ -61,7 +64,8 @@ static int gather(work *k, const rbf_incidence *in, int channels, const float la
 	k->smooth = malloc((in->count + 1) * sizeof(float));
 	k->spacing = malloc((in->count + 1) * sizeof(float));
 	k->nearest = malloc((in->count + 1) * sizeof(float));
-	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->spacing || !k->nearest;
+	k->outlier = calloc(in->count + 1, 1);
+	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->spacing || !k->nearest || !k->outlier;
 	for (size_t i = 0; i < in->count && !failed; i++) {
 		if (hold > 1 && i % hold == hold / 2)
 			continue;
@@ -273,6 +277,9 @@ static int equations(work *k, int channels)
 	const size_t m = k->lobes;
 	uint32_t *list = malloc((m + 1) * sizeof *list);
 	float *value = malloc((m + 1) * GROUP * sizeof *value), *tile = malloc((m + 1) * sizeof *tile);
+	free(k->gram);
+	free(k->amplitude);
+	free(k->right);
 	k->gram = calloc(m * m + 1, sizeof *k->gram);
 	k->amplitude = malloc((m * (size_t)channels + 1) * sizeof *k->amplitude);
 	k->right = calloc(m * (size_t)channels + 1, sizeof *k->right);
@@ -295,7 +302,7 @@ static int equations(work *k, int channels)
 			const float *w = k->w[from + s];
 			const float x = w[0] - middle[0], y = w[1] - middle[1], z = w[2] - middle[2];
 			radius = fmaxf(radius, sqrtf(x*x + y*y + z*z));
-			weight[s] = 1 / fmaxf(k->smooth[from + s], (float)WEIGHT_FLOOR * top);
+			weight[s] = k->outlier[from + s] ? 0 : 1 / fmaxf(k->smooth[from + s], (float)WEIGHT_FLOOR * top);
 		}
 		size_t near = 0;
 		for (uint32_t j = 0; j < m; j++) {
@@ -417,6 +424,45 @@ static int keep(const work *k, int channels, rbf_lobes *out)
 	return 0;
 }
 
+static int ascending(const void *a, const void *b)
+{
+	const float x = *(const float *)a, y = *(const float *)b;
+	return x < y ? -1 : x > y;
+}
+
+/* A sample that the fit misses by far while it meets those around it is a fault of the measurement (cosmic ray, dropout); where
+ * several neighbours are missed, it is the fit that is at fault, and they stay. Returns how many are newly excluded. */
+static size_t find_outliers(work *k, const rbf_lobes *fitted)
+{
+	const uint32_t y = rbf_luminance(fitted->channels);
+	float *miss = k->spacing, *sorted = k->nearest, top = 0;
+	size_t found = 0;
+	for (size_t i = 0; i < k->n; i++)
+		top = fmaxf(top, k->smooth[i]);
+	for (size_t i = 0; i < k->n; i++) {
+		float value[3];
+		rbf_lobes_sum(fitted, k->w[i], value);
+		miss[i] = sorted[i] = fabsf(k->level[i] - value[y]) / fmaxf(fmaxf(value[y], k->smooth[i]), (float)WEIGHT_FLOOR * top);
+	}
+	qsort(sorted, k->n, sizeof *sorted, ascending);
+	const float spread = 1.4826f * sorted[k->n / 2];
+	for (size_t i = 0; i < k->n; i++) {
+		uint32_t index[SMOOTH + 1];
+		float distance[SMOOTH + 1];
+		int missed = 0;
+		if (k->outlier[i] || !(miss[i] > OUTLIER * spread) || !(miss[i] > OUTLIER_MIN))
+			continue;
+		const int around = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH + 1, index, distance);
+		for (int j = 0; j < around; j++)
+			missed += index[j] != i && miss[index[j]] > .4f * miss[i];
+		if (missed <= 1) {
+			k->outlier[i] = 1;
+			found++;
+		}
+	}
+	return found;
+}
+
 static float held_out_error(const rbf_incidence *in, int channels, const float lambertian[3], uint32_t hold, const rbf_lobes *lobes)
 {
 	const uint32_t y = rbf_luminance((uint32_t)channels);
@@ -434,6 +480,16 @@ static float held_out_error(const rbf_incidence *in, int channels, const float l
 	return total > 0 ? (float)(difference / total) : -1;
 }
 
+static int solve(work *k, int channels, rbf_lobes *out)
+{
+	if (equations(k, channels))
+		return -1;
+	for (int c = 0; c < channels; c++)
+		if (rbf_nonnegative_solve(k->lobes, k->gram, k->right + (size_t)c * k->lobes, k->amplitude + (size_t)c * k->lobes))
+			return -1;
+	return keep(k, channels, out);
+}
+
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
 	rbf_lobes *out, float *error)
 {
@@ -444,69 +500,14 @@ int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian
 	int failed = gather(&k, incidence, channels, lambertian, hold);
 	if (!failed) {
 		smooth(&k, k.y[y]);
-		failed = place(&k, lobes, k.y[y]) || equations(&k, channels);
+		failed = place(&k, lobes, k.y[y]) || solve(&k, channels, out);
 	}
-	for (int c = 0; c < channels && !failed; c++)
-		failed = rbf_nonnegative_solve(k.lobes, k.gram, k.right + (size_t)c * k.lobes, k.amplitude + (size_t)c * k.lobes);
-	failed = failed || keep(&k, channels, out);
+	if (!failed && find_outliers(&k, out)) {
+		rbf_lobes_free(out);
+		failed = solve(&k, channels, out);
+	}
 	if (!failed)
 		*error = held_out_error(incidence, channels, lambertian, hold, out);
 	work_free(&k);
 	return failed ? -1 : 0;
-}
-
-static int ascending(const void *a, const void *b)
-{
-	const float x = *(const float *)a, y = *(const float *)b;
-	return x < y ? -1 : x > y;
-}
-
-/* Low quantile of f at one incidence, from local means, in which noise averages out; 0 if it cannot be had. */
-static float incidence_floor(const rbf_incidence *in, int channels, int channel)
-{
-	const size_t step = in->count / FLOOR_PLACES + 1;
-	float (*w)[3] = malloc((in->count + 1) * sizeof *w), floor = 0;
-	float *mean = malloc((in->count / step + 1) * sizeof *mean);
-	rbf_tree tree = {0};
-	size_t used = 0;
-	for (size_t i = 0; w && i < in->count; i++)
-		for (int a = 0; a < 3; a++)
-			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
-	if (w && mean && !rbf_tree_build(&tree, in->count, (const float (*)[3])w)) {
-		for (size_t i = step / 2; i < in->count; i += step) {
-			uint32_t index[2 * SMOOTH];
-			float distance[2 * SMOOTH];
-			double sum = 0, cosine = 0;
-			if (w[i][2] < .15f)
-				continue;
-			const int found = rbf_tree_nearest(&tree, w[i], 2 * SMOOTH, index, distance);
-			for (int j = 0; j < found; j++) {
-				sum += (double)in->dsf[(size_t)index[j] * (size_t)channels + (size_t)channel];
-				cosine += (double)w[index[j]][2];
-			}
-			mean[used++] = (float)(sum / cosine);
-		}
-		if (used) {
-			qsort(mean, used, sizeof *mean, ascending);
-			floor = fmaxf(mean[used / 50], 0.f);
-		}
-	}
-	rbf_tree_free(&tree);
-	free(w);
-	free(mean);
-	return floor;
-}
-
-/* The Lambertian part is what every direction at every incidence shares: a little less than the lowest floor. */
-void rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3])
-{
-	for (int c = 0; c < 3; c++)
-		lambertian[c] = 0;
-	for (int c = 0; c < channels; c++) {
-		float floor = INFINITY;
-		#pragma omp parallel for schedule(dynamic) reduction(min:floor)
-		for (int64_t b = 0; b < (int64_t)measured->count; b++)
-			floor = fminf(floor, incidence_floor(&measured->incidence[b], channels, c));
-		lambertian[c] = isfinite(floor) ? .95f * floor * (float)RBF_PI : 0;
-	}
 }

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "fit.h"
+#include "neighbours.h"
+
+#include <stdlib.h>
+
+enum { NEIGHBOURS = 16, FLOOR_PLACES = 1500 };
+
+static int ascending(const void *a, const void *b)
+{
+	const float x = *(const float *)a, y = *(const float *)b;
+	return x < y ? -1 : x > y;
+}
+
+/* Low quantile of f at one incidence, from local means, in which noise averages out; 0 if it cannot be had. */
+static float incidence_floor(const rbf_incidence *in, int channels, int channel)
+{
+	const size_t step = in->count / FLOOR_PLACES + 1;
+	float (*w)[3] = malloc((in->count + 1) * sizeof *w), floor = 0;
+	float *mean = malloc((in->count / step + 1) * sizeof *mean);
+	rbf_tree tree = {0};
+	size_t used = 0;
+	for (size_t i = 0; w && i < in->count; i++)
+		for (int a = 0; a < 3; a++)
+			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
+	if (w && mean && !rbf_tree_build(&tree, in->count, (const float (*)[3])w)) {
+		for (size_t i = step / 2; i < in->count; i += step) {
+			uint32_t index[NEIGHBOURS];
+			float distance[NEIGHBOURS];
+			double sum = 0, cosine = 0;
+			if (w[i][2] < .15f)
+				continue;
+			const int found = rbf_tree_nearest(&tree, w[i], NEIGHBOURS, index, distance);
+			for (int j = 0; j < found; j++) {
+				sum += (double)in->dsf[(size_t)index[j] * (size_t)channels + (size_t)channel];
+				cosine += (double)w[index[j]][2];
+			}
+			mean[used++] = (float)(sum / cosine);
+		}
+		if (used) {
+			qsort(mean, used, sizeof *mean, ascending);
+			floor = fmaxf(mean[used / 50], 0.f);
+		}
+	}
+	rbf_tree_free(&tree);
+	free(w);
+	free(mean);
+	return floor;
+}
+
+/* The Lambertian part is what every direction at every incidence shares: a little less than the lowest floor. */
+void rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3])
+{
+	for (int c = 0; c < 3; c++)
+		lambertian[c] = 0;
+	for (int c = 0; c < channels; c++) {
+		float floor = INFINITY;
+		#pragma omp parallel for schedule(dynamic) reduction(min:floor)
+		for (int64_t b = 0; b < (int64_t)measured->count; b++)
+			floor = fminf(floor, incidence_floor(&measured->incidence[b], channels, c));
+		lambertian[c] = isfinite(floor) ? .95f * floor * (float)RBF_PI : 0;
+	}
+}
