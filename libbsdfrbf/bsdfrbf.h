@@ -23,7 +23,7 @@
  * Threads       A context belongs to one thread at a time. A bsdfrbf_model is
  *               immutable once built or opened: any number of threads and of
  *               forked processes may evaluate and sample it together. OpenMP
- *               is used only inside bsdfrbf_build().
+ *               is used only inside bsdfrbf_build() and the bsdfrbf_write_ functions.
  * Ownership     Who gets a pointer from a *_new, *_open or *_build function
  *               releases it with the matching *_free or *_close, which take
  *               NULL. Everything else stays the callee's.
@@ -135,7 +135,6 @@ typedef struct bsdfrbf_build_options {
 	char symmetry;    /* 0: found from the data; 'I' isotropic, 'Q' quadrilateral, 'B' bilateral,
 	                     'U' 180 degrees ("up"), 'A' anisotropic */
 	int lobes;        /* lobes per incidence; 0: chosen from the data */
-	int compact;      /* 0: full; reserved, keep 0 */
 } bsdfrbf_build_options;
 
 BSDFRBF_API void bsdfrbf_build_defaults(bsdfrbf_build_options *options);
@@ -212,6 +211,50 @@ BSDFRBF_API float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3
  * given by `transmit`, otherwise `transmit` is ignored. */
 BSDFRBF_API void bsdfrbf_resolution(const bsdfrbf_model *model, const float incident[3],
 	const float *outgoing, int transmit, float *smallest, float *largest);
+
+/* ---------------------------------------------------------------- resample */
+
+typedef enum bsdfrbf_basis {
+	BSDFRBF_KLEMS_FULL = 0, BSDFRBF_KLEMS_HALF = 1, BSDFRBF_KLEMS_QUARTER = 2
+} bsdfrbf_basis;
+
+/* How a model is turned into BSDF XML (WindowElement). Texts may be NULL; they are the caller's. */
+typedef struct bsdfrbf_resample_options {
+	size_t size;              /* sizeof(bsdfrbf_resample_options), set by bsdfrbf_resample_defaults() */
+	int threads;              /* 0: as many as OpenMP offers */
+	unsigned components;      /* bit 1 << bsdfrbf_component for each one wanted; 0: all that the model has */
+	/* where to: a file that is replaced when all is written, or else a function that answers 0 unless it failed */
+	const char *path;
+	int (*write)(void *user, const void *data, size_t bytes);
+	void *user;
+	/* for the file's head */
+	const char *name;         /* NULL: the model's text "name" */
+	const char *manufacturer;
+	const char *comment;      /* e.g. the command */
+	double thickness, width, height; /* metres; 0: left out */
+	/* tree */
+	int log2;                 /* the finest resolution is 2^log2 a side; 2 to 8 (4 dimensions: to 7) */
+	double error;             /* differences that are averaged out add at most this share of L1 */
+	double cull;              /* per cent of the finest cells that are to be saved at least; 0: as `error` gives */
+	int reciprocal;           /* 1: the mean of f(a, b) and f(b, a) is written, where both were measured */
+	/* matrix */
+	bsdfrbf_basis basis;
+	int window;               /* 1: for WINDOW: all four components, Visible and, if there is one, Solar */
+	const bsdfrbf_model *solar; /* model that the Solar block of WINDOW is from, or NULL; may be the visible one */
+} bsdfrbf_resample_options;
+
+BSDFRBF_API void bsdfrbf_resample_defaults(bsdfrbf_resample_options *options);
+
+/* Writes a tensor tree as Radiance's SDloadFile() reads it: of rank 3 if all components are isotropic, else of rank 4.
+ * Values are averages over cells, Lambertian part included; the energy of each incidence is kept.
+ * Errors: ARGUMENT, IO, MEMORY, CANCELLED, UNSUPPORTED (nothing to write). */
+BSDFRBF_API bsdfrbf_status bsdfrbf_write_tree(bsdfrbf_context *context, const bsdfrbf_model *model,
+	const bsdfrbf_resample_options *options);
+
+/* Writes Klems matrices: averages over incident and outgoing patches; columns add up to the mean DHR of the patch.
+ * Errors: as above. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_write_klems(bsdfrbf_context *context, const bsdfrbf_model *model,
+	const bsdfrbf_resample_options *options);
 
 /* -------------------------------------------------------------------- info */
 

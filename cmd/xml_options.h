@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What rbf2ttree and rbf2klems share. */
+#ifndef CMD_XML_OPTIONS_H
+#define CMD_XML_OPTIONS_H
+#include "common.h"
+
+#define XML_USAGE "[-c components][-o file.xml][-s name=text][-n threads][-pN]"
+#define XML_HELP \
+	"  -c list  components, of rf, rb, tf, tb, separated by commas (default: all that the file has)\n" \
+	"  -o file  write to a file, which is replaced when all is done, instead of standard output\n" \
+	"  -s x=y   text or size for the XML: n=name, m=manufacturer, t=thickness, w=width, h=height; sizes in metres\n" \
+	"  -n N     threads\n" \
+	"  -p[N]    progress bar of N characters (default 79 on a terminal); bare -p: none\n"
+
+void xml_start(int argc, char **argv, bsdfrbf_resample_options *options);
+
+/* Takes one of the options above. 0: it is none of them. */
+int xml_option(int argc, char **argv, int *at, const char *usage, bsdfrbf_resample_options *options);
+
+/* 1 if all components that are asked for are isotropic. */
+int xml_isotropic(const bsdfrbf_model *model, unsigned components);
+
+/* Writes, with progress bar and signals; exits with a message on failure. The answer is for the shell. */
+int xml_write(bsdfrbf_context *context, const bsdfrbf_model *model,
+	bsdfrbf_status (*write)(bsdfrbf_context *, const bsdfrbf_model *, const bsdfrbf_resample_options *),
+	bsdfrbf_resample_options *options);
+#endif
