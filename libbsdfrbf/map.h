@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * Maps ("frames"): how an exitant direction at one incidence corresponds to one at another.
- * A new map joins here: an id, a name, and a case in the four functions below. All vectors are unit and in the
+ * A new map joins here: an id, a name, and a case in the functions below. All vectors are unit and in the
  * component's half space, z >= 0 for incident and exitant ones alike; mapped exitant ones may sink below.
  */
 #ifndef RBF_MAP_H
@@ -15,13 +15,25 @@ enum rbf_map {
 	RBF_MAP_YFLIP = 3,  /* D = diag(-,+,+): mirrored beam with y turned back */
 	RBF_MAP_RETRO = 4,  /* D = identity: retro-reflection */
 	RBF_MAP_HALF = 5,   /* same half vector: facets */
-	RBF_MAP_SHIFT = 6,  /* tangential components shift with the source; f is carried unchanged */
-	RBF_MAPS = 7
+	/* tangential components shift with the source's by factors (a, b) along x and y; f is carried unchanged */
+	RBF_MAP_SHIFT = 6,        /* (-1,-1): straight through or mirrored, blurred or deflected by a constant in cosine space */
+	RBF_MAP_SHIFT_X = 7,      /* (-1, 0): what is ruled along y scatters y away, and keeps x */
+	RBF_MAP_SHIFT_Y = 8,      /* ( 0,-1) */
+	RBF_MAP_SHIFT_XFLIP = 9,  /* (+1,-1): a facet inside turns x back */
+	RBF_MAP_SHIFT_YFLIP = 10, /* (-1,+1) */
+	RBF_MAP_SHIFT_RETRO = 11, /* (+1,+1) */
+	RBF_MAPS = 12
 };
+
+static inline int rbf_map_shifts(unsigned map)
+{
+	return map >= RBF_MAP_SHIFT && map < RBF_MAPS;
+}
 
 static inline const char *rbf_map_name(unsigned map)
 {
-	static const char *const name[RBF_MAPS] = {"fixed", "mirror", "x-flip", "y-flip", "retro", "half", "shift"};
+	static const char *const name[RBF_MAPS] = {"fixed", "mirror", "x-flip", "y-flip", "retro", "half", "shift",
+		"shift x", "shift y", "shift x-flip", "shift y-flip", "shift retro"};
 	return map < RBF_MAPS ? name[map] : "unknown";
 }
 
@@ -33,7 +45,7 @@ static inline const char *rbf_map_name(unsigned map)
 typedef struct rbf_warp {
 	unsigned map;
 	float i[3], k[3];
-	float m[9];      /* rotations; else 0 */
+	float m[9];      /* rotations; shifts: the first two, by how much; else 0 */
 	float gain;      /* half: cos k / cos i */
 	float sine;      /* sine of the angle between i and k */
 	float most;      /* half: limit of the change of solid angle */
@@ -60,6 +72,10 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const float i[3], con
 		w->m[0] = c + t*v[0]*v[0];    w->m[1] = t*v[0]*v[1] - v[2]; w->m[2] = t*v[0]*v[2] + v[1];
 		w->m[3] = t*v[0]*v[1] + v[2]; w->m[4] = c + t*v[1]*v[1];    w->m[5] = t*v[1]*v[2] - v[0];
 		w->m[6] = t*v[0]*v[2] - v[1]; w->m[7] = t*v[1]*v[2] + v[0]; w->m[8] = c + t*v[2]*v[2];
+	} else if (rbf_map_shifts(map)) {
+		static const float along[RBF_MAPS - RBF_MAP_SHIFT][2] = {{-1, -1}, {-1, 0}, {0, -1}, {1, -1}, {-1, 1}, {1, 1}};
+		w->m[0] = along[map - RBF_MAP_SHIFT][0] * (k[0] - i[0]);
+		w->m[1] = along[map - RBF_MAP_SHIFT][1] * (k[1] - i[1]);
 	} else if (map == RBF_MAP_HALF) {
 		const float c = rbf_dot(i, k);
 		w->gain = k[2] / fmaxf(i[2], 0.01f);
@@ -91,8 +107,9 @@ static inline float rbf_warp_forward(const rbf_warp *w, const float o[3], float 
 		const float ci = rbf_dot(s, w->i);
 		return ci <= w->most * c ? w->gain : w->gain * (w->most * c / ci);
 	}
-	case RBF_MAP_SHIFT: {
-		const float x = o[0] - w->k[0] + w->i[0], y = o[1] - w->k[1] + w->i[1], z2 = 1 - x*x - y*y;
+	case RBF_MAP_SHIFT: case RBF_MAP_SHIFT_X: case RBF_MAP_SHIFT_Y: case RBF_MAP_SHIFT_XFLIP: case RBF_MAP_SHIFT_YFLIP:
+	case RBF_MAP_SHIFT_RETRO: {
+		const float x = o[0] + w->m[0], y = o[1] + w->m[1], z2 = 1 - x*x - y*y;
 		out[0] = x;
 		out[1] = y;
 		if (!(z2 > 0)) {
@@ -139,8 +156,9 @@ static inline float rbf_warp_inverse(const rbf_warp *w, const float p[3], float 
 			out[n] = t*s[n] - w->i[n];
 		return w->gain * fminf(ci / ck, w->most); /* Walter et al. 2007, eq. 14: d(o) = 4 (o.h) d(h) */
 	}
-	case RBF_MAP_SHIFT: {
-		const float x = p[0] + w->k[0] - w->i[0], y = p[1] + w->k[1] - w->i[1], z2 = 1 - x*x - y*y;
+	case RBF_MAP_SHIFT: case RBF_MAP_SHIFT_X: case RBF_MAP_SHIFT_Y: case RBF_MAP_SHIFT_XFLIP: case RBF_MAP_SHIFT_YFLIP:
+	case RBF_MAP_SHIFT_RETRO: {
+		const float x = p[0] - w->m[0], y = p[1] - w->m[1], z2 = 1 - x*x - y*y;
 		if (!(z2 > 0) || !(p[2] > 0))
 			return 0;
 		out[0] = x;

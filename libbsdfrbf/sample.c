@@ -21,7 +21,7 @@ void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, floa
 	const float spread = (kappa > 0 ? SPREAD / sqrtf(kappa) : 4) + r->motion;
 	const float lobe = acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + spread;
 	float lowest = cosf(fminf(lobe + r->margin + TWIST, (float)(RBF_PI / 2))); /* z at another corner */
-	if (r->map == RBF_MAP_SHIFT) {
+	if (rbf_map_shifts(r->map)) {
 		const float s = sinf(fminf(lobe, (float)(RBF_PI / 2))) + 2 * sinf(.5f * r->margin);
 		lowest = s < 1 ? sqrtf(1 - s*s) : 0;
 	}
@@ -214,7 +214,7 @@ static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float
 }
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
-static const double POINTS_INSIDE = 1200, POINTS_HORIZON = 4000;
+static const double POINTS_INSIDE = 800, POINTS_HORIZON = 2500;
 
 void rbf_site_dhr(const rbf_site *site, double value[3])
 {
