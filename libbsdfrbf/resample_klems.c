@@ -1,0 +1,309 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * Klems matrices: the mean of f over an incident and an outgoing patch. For each of several incident directions of a patch the
+ * exitant hemisphere is integrated adaptively (exitant.h) into the patches; cells with much energy are cut until they lie in one
+ * patch. The sum over outgoing patches is then brought to the mean DHR of the incident patch.
+ * Patches of Radiance's common/bsdf_m.c: incident vectors are looked up with x and y negated, outgoing ones as they are.
+ */
+#include "klems.h"
+#include "resample.h"
+#include "xml_write.h"
+
+#include <omp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FIRST = 4, FINEST = 5, DEEPEST = 8, MOST_STEPS = 6 };
+static const double EDGE_SHARE = 2e-3; /* of the DHR: a cell with more is cut where patches meet */
+
+/* Means of f by channel, outgoing and incident patch. */
+typedef struct matrix {
+	double f[3][RBF_KLEMS_PATCHES][RBF_KLEMS_PATCHES];
+} matrix;
+
+typedef struct worker {
+	const rbf_klems *basis;
+	const rbf_component *component;
+	rbf_exitant exitant;
+	double hit[RBF_KLEMS_PATCHES];     /* projected solid angle of what fell into each patch */
+	double sum[3][RBF_KLEMS_PATCHES];
+	double limit;                      /* f times projected solid angle, luminance */
+} worker;
+
+static int at_edge(void *user, const rbf_exitant_leaf *leaf)
+{
+	const worker *w = user;
+	const uint32_t y = rbf_luminance(w->component->channels);
+	double energy = 0;
+	for (int n = 0; n < 4; n++)
+		energy += (double)leaf->value[n][y];
+	if (energy * .25 * RBF_PI / (double)(1 << 2 * leaf->level) < w->limit)
+		return 0;
+	const int patch = rbf_klems_find(w->basis, leaf->direction[0]);
+	for (int n = 1; n < 4; n++)
+		if (rbf_klems_find(w->basis, leaf->direction[n]) != patch)
+			return 1;
+	return 0;
+}
+
+static void to_patches(void *user, const rbf_exitant_leaf *leaf)
+{
+	worker *w = user;
+	const double area = .25 * RBF_PI / (double)(1 << 2 * leaf->level);
+	for (int n = 0; n < 4; n++) {
+		const int patch = rbf_klems_find(w->basis, leaf->direction[n]);
+		w->hit[patch] += area;
+		for (uint32_t c = 0; c < w->component->channels; c++)
+			w->sum[c][patch] += area * (double)leaf->value[n][c];
+	}
+}
+
+/* One column of the matrix: incident patch i. */
+static void make_column(worker *w, int i, matrix *m)
+{
+	const rbf_klems *b = w->basis;
+	const rbf_component *c = w->component;
+	int within;
+	const int ring = rbf_klems_ring(b, i, &within);
+	const double tall = (b->theta[ring + 1] - b->theta[ring]) * (RBF_PI / 180), middle = (b->theta[ring + 1] + b->theta[ring]) * (RBF_PI / 360);
+	const double wide = 2 * RBF_PI * (ring ? sin(middle) : .5 * tall) / (ring ? b->count[ring] : 4);
+	float incident[3];
+	rbf_site site;
+	rbf_klems_point(b, i, .5, .5, incident);
+	incident[0] = -incident[0];
+	incident[1] = -incident[1];
+	rbf_site_locate(c, incident, &site);
+	/* steps of about the lobes' width, not fewer than show the way of the DHR */
+	const double width = 1.5 * rbf_exitant_width(&site);
+	const int rows = (int)fmin(fmax(ceil(tall / width), ring == b->rings - 1 ? 4 : 2), MOST_STEPS);
+	const int columns = (int)fmin(fmax(ceil(wide / width), c->mesh.symmetry == RBF_ISOTROPIC ? 1 : 2), MOST_STEPS);
+	double dhr[3] = {0}, total[3] = {0};
+	memset(w->hit, 0, sizeof w->hit);
+	memset(w->sum, 0, sizeof w->sum);
+	for (int u = 0; u < rows; u++)
+		for (int v = 0; v < columns; v++) {
+			double one[3];
+			rbf_klems_point(b, i, (u + .5) / rows, (v + .5) / columns, incident);
+			incident[0] = -incident[0];
+			incident[1] = -incident[1];
+			rbf_resample_site(c, incident, .2, &site, one, &w->exitant);
+			w->limit = EDGE_SHARE * one[rbf_luminance(c->channels)];
+			rbf_exitant_run(&w->exitant, &site);
+			for (uint32_t k = 0; k < c->channels; k++)
+				dhr[k] += one[k] / (rows * columns);
+		}
+	for (uint32_t k = 0; k < c->channels; k++) {
+		for (int o = 0; o < b->patches; o++) {
+			const double mean = w->hit[o] > 0 ? w->sum[k][o] / w->hit[o] : 0;
+			m->f[k][o][i] = mean;
+			total[k] += mean * rbf_klems_omega(b, o);
+		}
+		const double scale = rbf_resample_correction(dhr[k], total[k]);
+		for (int o = 0; o < b->patches; o++)
+			m->f[k][o][i] = m->f[k][o][i] * scale + (double)c->lambertian[k] / RBF_PI;
+	}
+}
+
+/* The incident patch that stands for patch i, and how i comes from it: mirrored (op) or turned. Incident vectors are the patch's
+ * with x and y negated, which changes nothing about mirrors and turns of both. */
+static int canonical(const rbf_klems *b, const rbf_component *c, int i, unsigned *op, int *quarters)
+{
+	int within;
+	const int ring = rbf_klems_ring(b, i, &within), count = b->count[ring];
+	*op = 0;
+	*quarters = 0;
+	if (c->mesh.symmetry == RBF_ISOTROPIC) {
+		*quarters = count == 1 ? 0 : within / (count / 4);
+		return i - (count == 1 ? 0 : *quarters * (count / 4));
+	}
+	int best = i, ops[4];
+	const int some = rbf_symmetry_ops(c->mesh.symmetry, ops);
+	for (int n = 0; n < some; n++) {
+		const int image = rbf_klems_mirror(b, i, (unsigned)ops[n]);
+		if (image < best) {
+			best = image;
+			*op = (unsigned)ops[n];
+		}
+	}
+	return best;
+}
+
+static bsdfrbf_status make_matrix(bsdfrbf_context *context, const bsdfrbf_resample_options *options, const rbf_klems *b,
+	const rbf_component *c, double from, double share, matrix *m)
+{
+	int failed = 0, cancelled = 0, done = 0;
+#pragma omp parallel num_threads(rbf_resample_threads(options))
+	{
+		worker *w = calloc(1, sizeof *w);
+		const int ready = w && rbf_exitant_begin(&w->exitant, FIRST, FINEST, DEEPEST);
+		if (ready) {
+			w->basis = b;
+			w->component = c;
+			w->exitant.leaf = to_patches;
+			w->exitant.split = at_edge;
+			w->exitant.user = w;
+		}
+#pragma omp for schedule(dynamic, 1)
+		for (int n = 0; n < b->patches; n++) {
+			const int i = b->patches - 1 - n; /* the slowest first */
+			unsigned op;
+			int quarters, stop, count;
+#pragma omp atomic read
+			stop = cancelled;
+			if (!ready) {
+#pragma omp atomic write
+				failed = 1;
+			} else if (!stop && canonical(b, c, i, &op, &quarters) == i)
+				make_column(w, i, m);
+#pragma omp atomic capture
+			count = ++done;
+			if (omp_get_thread_num() == 0 && rbf_progress(context, "matrix", from + share * count / b->patches)) {
+#pragma omp atomic write
+				cancelled = 1;
+			}
+		}
+		if (w)
+			rbf_exitant_end(&w->exitant);
+		free(w);
+	}
+	if (failed)
+		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "bsdfrbf_write_klems: out of memory");
+	if (cancelled)
+		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "the matrix was cancelled");
+	for (int i = 0; i < b->patches; i++) {
+		unsigned op;
+		int quarters;
+		const int source = canonical(b, c, i, &op, &quarters);
+		for (int o = 0; o < b->patches && source != i; o++) {
+			const int to = quarters ? rbf_klems_turn(b, o, quarters) : rbf_klems_mirror(b, o, op);
+			for (uint32_t k = 0; k < c->channels; k++)
+				m->f[k][to][i] = m->f[k][o][source];
+		}
+	}
+	return BSDFRBF_OK;
+}
+
+/* The other transmission side by reciprocity: f(a, b) = f(b, a). Outgoing patch o there is the incident patch opposite of o here. */
+static void reverse(const rbf_klems *b, const matrix *from, matrix *to)
+{
+	for (int o = 0; o < b->patches; o++)
+		for (int i = 0; i < b->patches; i++)
+			for (int k = 0; k < 3; k++)
+				to->f[k][o][i] = from->f[k][rbf_klems_mirror(b, i, 3)][rbf_klems_mirror(b, o, 3)];
+}
+
+static void write_basis(rbf_xml *xml, const rbf_klems *b)
+{
+	rbf_xml_put(xml, "\t<DataDefinition>\n\t\t<IncidentDataStructure>Columns</IncidentDataStructure>\n\t\t<AngleBasis>\n"
+		"\t\t\t<AngleBasisName>%s</AngleBasisName>\n", b->name);
+	for (int r = 0; r < b->rings; r++)
+		rbf_xml_put(xml, "\t\t\t<AngleBasisBlock>\n\t\t\t\t<Theta>%g</Theta>\n\t\t\t\t<nPhis>%d</nPhis>\n\t\t\t\t<ThetaBounds>\n"
+			"\t\t\t\t\t<LowerTheta>%g</LowerTheta>\n\t\t\t\t\t<UpperTheta>%g</UpperTheta>\n\t\t\t\t</ThetaBounds>\n\t\t\t</AngleBasisBlock>\n",
+			r ? (b->theta[r] + b->theta[r + 1]) / 2 : 0, b->count[r], b->theta[r], b->theta[r + 1]);
+	rbf_xml_put(xml, "\t\t</AngleBasis>\n\t</DataDefinition>\n");
+}
+
+static void write_matrix(rbf_xml *xml, const rbf_klems *b, const matrix *m, int channel, bsdfrbf_component component, const char *what)
+{
+	char basis[256];
+	snprintf(basis, sizeof basis, "\t\t\t<ColumnAngleBasis>%s</ColumnAngleBasis>\n\t\t\t<RowAngleBasis>%s</RowAngleBasis>\n", b->name, b->name);
+	rbf_xml_data_begin(xml, component, what, basis);
+	for (int o = 0; o < b->patches; o++)
+		for (int i = 0; i < b->patches; i++) {
+			rbf_xml_number(xml, fmax(m->f[channel][o][i], 0));
+			rbf_xml_put(xml, i + 1 < b->patches ? ",\t" : ",\n");
+		}
+	rbf_xml_data_end(xml);
+}
+
+/* Matrices of the wanted components of a model; those that it does not have but WINDOW needs follow from the rest. */
+static bsdfrbf_status make_matrices(bsdfrbf_context *context, const bsdfrbf_model *model, const bsdfrbf_resample_options *options,
+	unsigned wanted, double from, double share, matrix *m)
+{
+	static const char *const name[4] = {"front reflection", "back reflection", "front transmission", "back transmission"};
+	const rbf_klems *b = rbf_klems_basis(options->basis);
+	int parts = 0;
+	for (unsigned n = 0; n < 4; n++)
+		parts += wanted >> n & 1;
+	for (unsigned n = 0; n < 4; n++)
+		if (wanted >> n & 1) {
+			RBF_TRY(make_matrix(context, options, b, &model->component[n], from, share / parts, &m[n]));
+			from += share / parts;
+		}
+	if (!options->window)
+		return BSDFRBF_OK;
+	for (unsigned n = 0; n < 4; n++) {
+		const unsigned other = n == BSDFRBF_TF ? BSDFRBF_TB : BSDFRBF_TF;
+		if (wanted >> n & 1)
+			continue;
+		if (n >= BSDFRBF_TF && wanted >> other & 1)
+			reverse(b, &m[other], &m[n]);
+		else
+			rbf_warn(context, "the %s is written as zeros: WINDOW wants it, but there is none", name[n]);
+	}
+	return BSDFRBF_OK;
+}
+
+static bsdfrbf_status check_window(bsdfrbf_context *context, const bsdfrbf_resample_options *options, unsigned *solar)
+{
+	*solar = 0;
+	if (options->solar && !options->window)
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "a Solar block is for WINDOW files only");
+	if (!options->window)
+		return BSDFRBF_OK;
+	if (options->basis != BSDFRBF_KLEMS_FULL)
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "WINDOW wants the full Klems basis");
+	if (!(options->thickness > 0))
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "WINDOW wants the thickness of the material");
+	if (!options->solar) {
+		rbf_warn(context, "no Solar data: WINDOW may refuse a file with the Visible block alone");
+		return BSDFRBF_OK;
+	}
+	return rbf_resample_check(context, options->solar, options, "bsdfrbf_write_klems, Solar", solar);
+}
+
+bsdfrbf_status bsdfrbf_write_klems(bsdfrbf_context *context, const bsdfrbf_model *model, const bsdfrbf_resample_options *options)
+{
+	unsigned wanted, solar;
+	RBF_TRY(rbf_resample_check(context, model, options, "bsdfrbf_write_klems", &wanted));
+	RBF_TRY(check_window(context, options, &solar));
+	const rbf_klems *b = rbf_klems_basis(options->basis);
+	if (!b)
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "bsdfrbf_write_klems: no such basis");
+	const int twice = solar && options->solar != model;
+	matrix *m = calloc(twice ? 8 : 4, sizeof *m), *const sun = twice ? m + 4 : m;
+	rbf_xml *xml = malloc(sizeof *xml);
+	bsdfrbf_status status = m && xml ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "bsdfrbf_write_klems: out of memory");
+	if (status == BSDFRBF_OK)
+		status = make_matrices(context, model, options, wanted, 0, twice ? .5 : 1, m);
+	if (status == BSDFRBF_OK && twice)
+		status = make_matrices(context, options->solar, options, solar, .5, .5, sun);
+	if (status == BSDFRBF_OK)
+		status = rbf_xml_begin(context, options, xml);
+	if (status == BSDFRBF_OK) {
+		char facts[128];
+		snprintf(facts, sizeof facts, "means over incident and outgoing patches of %s%s", b->name,
+			solar && !twice ? "; Solar is a copy of Visible, as asked for" : "");
+		rbf_xml_head(xml, model, options, facts);
+		write_basis(xml, b);
+		for (unsigned n = 0; n < 4; n++) {
+			const int y = (int)rbf_luminance(model->channels);
+			if (options->window || wanted >> n & 1)
+				write_matrix(xml, b, &m[n], y, (bsdfrbf_component)n, "Visible");
+			if (!options->window && wanted >> n & 1 && model->channels == 3) {
+				write_matrix(xml, b, &m[n], 0, (bsdfrbf_component)n, "CIE-X");
+				write_matrix(xml, b, &m[n], 2, (bsdfrbf_component)n, "CIE-Z");
+			}
+		}
+		for (unsigned n = 0; n < 4 && solar; n++)
+			write_matrix(xml, b, &sun[n], (int)rbf_luminance(options->solar->channels), (bsdfrbf_component)n, "Solar");
+		rbf_xml_tail(xml);
+		status = rbf_xml_finish(xml);
+	}
+	free(xml);
+	free(m);
+	if (status == BSDFRBF_OK)
+		rbf_progress(context, "matrix", 1);
+	return status;
+}
