@@ -13,13 +13,13 @@ stock=$("$python" -c 'import os, sysconfig; print(os.path.join(sysconfig.get_pat
 # 2^g: resolution of a tensor tree. Anisotropic ones above g 4 take from minutes to hours.
 materials=(redirect satin brushed)
 declare -A resolution=([redirect]=4 [satin]=6 [brushed]=4)
-width=${DEMO_WIDTH:-1120} height=$((${DEMO_WIDTH:-1120} * 3 / 4))
+width=${DEMO_WIDTH:-960} height=$((${DEMO_WIDTH:-960} * 3 / 4))
 
 mkdir -p "$out/stock"
 cd "$out"
 exec 8>.lock
 flock -n 8 || { echo "demo: another one is at work in $out" >&2; exit 1; }
-times=()
+: >times.txt
 
 now() { date +%s%N; }
 # timed TEXT COMMAND...: runs the command and keeps its wall time for the table at the end
@@ -28,7 +28,7 @@ timed() {
 	shift
 	start=$(now)
 	"$@"
-	times+=("$(printf '%8.1f s  %s' "$(($(now) - start))e-9" "$text")")
+	printf '%8.1f s  %s\n' "$(($(now) - start))e-9" "$text" >>times.txt
 }
 
 measure() {
@@ -62,7 +62,7 @@ render() {
 	local kind=$1
 	"$build/radiance/bin/oconv" "$kind.rad" "$here/outside.rad" "$here/room.rad" >"$kind.oct"
 	"$build/radiance/bin/rpict" -t 30 -vf "$here/room.vf" -x "$width" -y "$height" -ps 1 -dj .5 -ds .1 \
-		-ab 3 -ad 1024 -as 256 -aa .12 -ar 64 -ss 4 -st .01 -lr 8 -lw 1e-3 "$kind.oct" >"$kind.tmp"
+		-ab 2 -ad 2048 -as 512 -aa .15 -ar 128 -ss 4 -st .01 -lr 6 -lw 5e-4 "$kind.oct" >"$kind.tmp"
 	mv "$kind.tmp" "$kind.hdr"
 }
 
@@ -87,8 +87,13 @@ echo "== rendering with the interpolants"
 timed "rpict, interpolants" render rbf
 
 echo "== the same by way of tensor trees: stock tools, some minutes the first time"
+jobs=()
 for name in "${materials[@]}"; do
-	timed "pabopto2bsdf and bsdf2ttree -g ${resolution[$name]}, $name" stock_xml "$name"
+	timed "pabopto2bsdf and bsdf2ttree -g ${resolution[$name]}, $name (0: kept from last time)" stock_xml "$name" &
+	jobs+=($!)
+done
+for job in "${jobs[@]}"; do
+	wait "$job" || { echo "demo: a stock conversion failed" >&2; exit 1; }
 done
 timed "rpict, tensor trees" render xml
 
@@ -96,6 +101,6 @@ timed "rpict, tensor trees" render xml
 "$python" "$here/../hdr2png.py" -s 2 demo.png "rbf.hdr=interpolant (.rbf)" "xml.hdr=tensor tree (.xml)"
 
 echo
-printf '%s\n' "${times[@]}"
+cat times.txt
 echo "The same measurements, left as interpolants, right as tensor trees: $out/demo.png"
 echo "Left half alone: $out/interpolant.png; Radiance pictures: $out/rbf.hdr, $out/xml.hdr"
