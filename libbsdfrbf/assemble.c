@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DHR_SIZE = 129, DHR_SIZE_ISOTROPIC = 361 };
+enum { DHR_SIZE = 113, DHR_SIZE_ISOTROPIC = 361 };
 static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
 
 static float angle(const float a[3], const float b[3])

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Components of random lobes, in every map and with residual motion, that no measurement would ask for. Include after model_fixture.h. */
+#ifndef TEST_RANDOM_MODEL_H
+#define TEST_RANDOM_MODEL_H
+#include "assemble.h"
+
+typedef struct random_plan {
+	rbf_symmetry symmetry;
+	int thetas, phis;
+	double theta[8], phi_step;
+	uint32_t frames, frame[RBF_MAX_FRAMES], lobes;
+	double kappa_low, kappa_high, motion; /* of the lobes; rad */
+	uint32_t channels;
+} random_plan;
+
+/* The model owns all; free with bsdfrbf_close(). */
+static inline bsdfrbf_model *random_model(const random_plan *p, uint64_t seed)
+{
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_model *model = rbf_model_new();
+	double direction[3 * 64];
+	rbf_fitted fitted = {.symmetry = p->symmetry, .channels = p->channels, .direction = direction};
+	rbf_component *c = &model->component[BSDFRBF_RF];
+	for (int t = 0; t < p->thetas; t++)
+		for (int a = 0; a < (p->theta[t] > 0 ? p->phis : 1); a++)
+			polar(p->theta[t], a * p->phi_step, direction + 3 * fitted.bases++);
+	assert_true(fitted.bases <= 64);
+	fitted.lobes = calloc(fitted.bases, sizeof *fitted.lobes);
+	for (uint32_t b = 0; b < fitted.bases; b++) {
+		rbf_lobes *l = &fitted.lobes[b];
+		assert_int_equal(rbf_lobes_new(l, p->lobes, p->channels), 0);
+		for (uint32_t i = 0; i < p->lobes; i++) {
+			const double z = random_unit(&seed), phi = 2 * RBF_PI * random_unit(&seed), s = sqrt(1 - z*z);
+			const float centre[3] = {(float)(s * cos(phi)), (float)(s * sin(phi)), (float)z};
+			const double kappa = p->kappa_low * pow(p->kappa_high / p->kappa_low, random_unit(&seed));
+			rbf_lobe_set(l, i, centre, (float)kappa);
+			for (uint32_t n = 0; n < p->channels; n++)
+				l->amplitude[n * l->blocks + i / RBF_LANES].a[i % RBF_LANES] = (float)(random_unit(&seed) * sqrt(kappa) / p->lobes);
+			l->mass[i] = (double)rbf_lobe_amplitude(l, rbf_luminance(p->channels), i) * rbf_lobe_integral(kappa);
+		}
+	}
+	assert_int_equal(rbf_mesh_build(context, p->symmetry, fitted.bases, direction, -1, &fitted.mesh), BSDFRBF_OK);
+	assert_int_equal(rbf_label_prepare(&fitted), 0);
+	const uint32_t lobes = fitted.lobe_first[fitted.bases];
+	float *label = calloc((size_t)p->frames * lobes, sizeof *label);
+	for (uint32_t i = 0; i < lobes; i++) {
+		const uint32_t a = (uint32_t)(random_unit(&seed) * p->frames), b = (uint32_t)(random_unit(&seed) * p->frames);
+		const float part = i % 3 ? 1 : (float)random_unit(&seed);
+		label[a * lobes + i] += part;
+		label[b * lobes + i] += 1 - part;
+	}
+	assert_int_equal(rbf_assemble_sets(&fitted, p->frames, p->frame, label, c), 0);
+	if (p->motion > 0) {
+		uint32_t *of = malloc(((size_t)c->mesh.elements * 6 + 1) * sizeof *of), total = 0;
+		for (uint32_t e = 0; e < c->mesh.elements; e++)
+			for (uint32_t slot = 0; slot < 6; slot++) {
+				of[e * 6 + slot] = total;
+				total += rbf_assemble_blocks(c, c->mesh.vertex[c->mesh.element[e].v[slot / 2]].base);
+			}
+		rbf_shift *shift = calloc(total, sizeof *shift);
+		for (uint32_t i = 0; i < total * RBF_LANES; i++) {
+			float *at[3] = {shift[i / RBF_LANES].x, shift[i / RBF_LANES].y, shift[i / RBF_LANES].z};
+			for (int n = 0; n < 3; n++)
+				at[n][i % RBF_LANES] = (float)(p->motion * (random_unit(&seed) - .5));
+		}
+		c->shift_of = of;
+		c->shift = shift;
+		c->shifts = total;
+		c->residual = 1;
+	}
+	assert_int_equal(rbf_assemble_cull(c, p->motion > 0 ? (float)p->motion : 0), 0);
+	assert_int_equal(rbf_assemble_dhr(c), 0);
+	c->base_info = calloc(fitted.bases, sizeof *c->base_info);
+	c->present = 1;
+	model->channels = p->channels;
+	free(label);
+	rbf_label_release(&fitted);
+	for (uint32_t b = 0; b < fitted.bases; b++)
+		rbf_lobes_free(&fitted.lobes[b]);
+	free(fitted.lobes);
+	bsdfrbf_context_free(context);
+	return model;
+}
+
+static const random_plan random_plans[] = {
+	{RBF_BILATERAL_Y, 5, 5, {0, 25, 50, 70, 84}, 45, 4, {RBF_MAP_FIXED, RBF_MAP_MIRROR, RBF_MAP_XFLIP, RBF_MAP_YFLIP}, 60, 10, 3000, 0, 1},
+	{RBF_QUADRILATERAL, 5, 4, {0, 25, 50, 70, 86}, 30, 3, {RBF_MAP_RETRO, RBF_MAP_HALF, RBF_MAP_SHIFT}, 60, 10, 3000, .15, 3},
+	{RBF_ISOTROPIC, 5, 1, {0, 25, 50, 70, 80}, 0, 1, {RBF_MAP_HALF}, 60, 3, 3000, .2, 1},
+	{RBF_ANISOTROPIC, 3, 6, {25, 55, 80}, 60, 1, {RBF_MAP_HALF}, 48, 10, 300, 0, 1},
+};
+enum { RANDOM_PLANS = sizeof random_plans / sizeof *random_plans };
+#endif

@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* DHR against the quadrature of what is evaluated, and against the samples' own account. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "model_fixture.h"
+#include "quadrature.h"
+#include "reciprocal.h"
+
+static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
+enum { INCIDENCES = sizeof theta_deg / sizeof *theta_deg };
+static const double TYPICAL = .005;  /* mean over all incidences of a model, and four in five of them */
+static const double WORST = .03;     /* where the table's grid crosses an edge of the mesh, and DHR has a kink */
+static const double SWAPPED = .06;   /* by reciprocity: a table of at most 4096 cells, one value each */
+
+static bsdfrbf_model *model[FIXTURES];
+
+static int build(void **state)
+{
+	(void)state;
+	for (int m = 0; m < FIXTURES; m++)
+		model[m] = fixture_build(&fixture_plan[m]);
+	return 0;
+}
+
+static int clear(void **state)
+{
+	(void)state;
+	for (int m = 0; m < FIXTURES; m++)
+		bsdfrbf_close(model[m]);
+	return 0;
+}
+
+typedef struct question {
+	const bsdfrbf_model *model;
+	float incident[3];
+	int below;           /* exitant z < 0 */
+} question;
+
+static void scattered(void *user, const float d[3], float value[3])
+{
+	const question *q = user;
+	const float outgoing[3] = {d[0], d[1], q->below ? -d[2] : d[2]};
+	bsdfrbf_eval_scatter(q->model, q->incident, outgoing, value);
+	for (int n = 0; n < bsdfrbf_channels(q->model); n++)
+		value[n] *= d[2];
+}
+
+static void quadrature_agrees(void **state)
+{
+	(void)state;
+	uint64_t seed = 5;
+	int failed = 0;
+	for (int m = 0; m < FIXTURES; m++) {
+		double sum = 0, worst = 0;
+		int beyond = 0, count = 0, transmit;
+		fixture_component(model[m], &transmit);
+		for (int t = 0; t < INCIDENCES; t++)
+			for (int turn = 0; turn < 2; turn++) {
+				question q = {.model = model[m], .below = transmit};
+				double d[3];
+				float table[3];
+				polar(theta_deg[t], 360 * random_unit(&seed), d);
+				for (int n = 0; n < 3; n++)
+					q.incident[n] = (float)d[n];
+				const int channels = bsdfrbf_channels(q.model);
+				quadrature cells = quadrature_make(scattered, &q, channels, 1e-5);
+				bsdfrbf_dhr_scatter(q.model, q.incident, transmit, table);
+				for (int n = 0; n < channels; n++) {
+					const double error = fabs((double)table[n] / cells.total[n] - 1);
+					sum += error;
+					worst = fmax(worst, error);
+					beyond += error > TYPICAL;
+					count++;
+				}
+				free(cells.cell);
+			}
+		print_message("%s: DHR off by %.2f %% on average, at most %.2f %%, %d of %d above .5 %%\n", fixture_plan[m].material, 100 * sum / count,
+			100 * worst, beyond, count);
+		failed += !(sum / count < TYPICAL) || !(worst < WORST) || beyond > .2 * count;
+	}
+	assert_int_equal(failed, 0);
+}
+
+/* From the back, light that was measured from the front: f(a, b) = f(b, a). */
+static void swapped_agrees(void **state)
+{
+	(void)state;
+	for (int m = 0; m < FIXTURES; m++) {
+		int transmit;
+		const rbf_component *c = fixture_component(model[m], &transmit);
+		if (c != &model[m]->component[BSDFRBF_TF])
+			continue;
+		for (int t = 1; t < INCIDENCES - 3; t++) {
+			question q = {.model = model[m]};
+			double d[3];
+			float table[3];
+			polar(theta_deg[t], 70. * t, d);
+			for (int n = 0; n < 3; n++)
+				q.incident[n] = (float)(n < 2 ? d[n] : -d[n]);
+			quadrature cells = quadrature_make(scattered, &q, 1, 1e-5);
+			bsdfrbf_dhr_scatter(q.model, q.incident, 1, table);
+			if (!(fabs((double)table[0] / cells.total[0] - 1) < SWAPPED))
+				fail_msg("%s from the back at %g degrees: %.4f, by quadrature %.4f", fixture_plan[m].material, theta_deg[t], (double)table[0], cells.total[0]);
+			/* samples: their mean direction. Each call makes a table anew, so the many come from one table */
+			enum { SAMPLES = 20000 };
+			static rbf_reciprocal cdf;
+			uint64_t seed = 1;
+			double mean[3] = {0, 0, 0}, expected[3] = {0, 0, 0};
+			const float local[3] = {q.incident[0], q.incident[1], -q.incident[2]};
+			rbf_reciprocal_make(c, local, &cdf);
+			for (int i = 0; i < SAMPLES; i++) {
+				float o[3], same[3];
+				const double u = random_unit(&seed);
+				assert_true(rbf_reciprocal_sample(&cdf, u, o));
+				if (i < 3) {
+					assert_true(bsdfrbf_sample(q.model, q.incident, 1, u, same));
+					assert_memory_equal(o, same, sizeof o);
+				}
+				for (int n = 0; n < 3; n++)
+					mean[n] += (double)o[n] / SAMPLES;
+			}
+			for (size_t i = 0; i < cells.cells; i++) {
+				const quad_cell *leaf = &cells.cell[i];
+				float o[3];
+				quadrature_direction(leaf->x + leaf->size / 2, leaf->y + leaf->size / 2, o);
+				for (int n = 0; n < 3 && leaf->child < 0; n++)
+					expected[n] += (double)o[n] * leaf->value[0] / cells.total[0];
+			}
+			for (int n = 0; n < 3; n++)
+				assert_true(fabs(mean[n] - expected[n]) < SWAPPED);
+			free(cells.cell);
+		}
+	}
+}
+
+/* Mean of a function over samples, weighted by DHR, against its integral. */
+static void samples_agree(void **state)
+{
+	(void)state;
+	enum { SAMPLES = 20000 };
+	uint64_t seed = 3;
+	for (int m = 0; m < FIXTURES; m++) {
+		int transmit;
+		fixture_component(model[m], &transmit);
+		const int y = bsdfrbf_channels(model[m]) == 3;
+		for (int t = 0; t < INCIDENCES; t++) {
+			question q = {.model = model[m], .below = transmit};
+			double d[3], mean = 0, expected = 0;
+			float dhr[3];
+			polar(theta_deg[t], 29 * t, d);
+			for (int n = 0; n < 3; n++)
+				q.incident[n] = (float)d[n];
+			bsdfrbf_dhr_scatter(q.model, q.incident, transmit, dhr);
+			for (int i = 0; i < SAMPLES; i++) {
+				float o[3];
+				assert_true(bsdfrbf_sample(q.model, q.incident, transmit, (i + random_unit(&seed)) / SAMPLES, o));
+				mean += (double)(dhr[y] * (o[0] + .5f * o[1] + 1)) / SAMPLES;
+			}
+			quadrature cells = quadrature_make(scattered, &q, bsdfrbf_channels(q.model), 3e-5);
+			for (size_t i = 0; i < cells.cells; i++) {
+				const quad_cell *leaf = &cells.cell[i];
+				float o[3];
+				quadrature_direction(leaf->x + leaf->size / 2, leaf->y + leaf->size / 2, o);
+				if (leaf->child < 0)
+					expected += (double)(o[0] + .5f * o[1] + 1) * leaf->value[y];
+			}
+			if (!(fabs(mean - expected) < .02 * cells.total[y]))
+				fail_msg("%s at %g degrees: samples %.4f, integral %.4f", fixture_plan[m].material, theta_deg[t], mean, expected);
+			free(cells.cell);
+		}
+	}
+}
+
+/* Beyond the last measured incidence energy is never more than at the mesh's edge. */
+static void no_gain_outside(void **state)
+{
+	(void)state;
+	for (int m = 0; m < FIXTURES; m++) {
+		int transmit;
+		fixture_component(model[m], &transmit);
+		for (double theta = 60; theta < 89.95; theta += .5) {
+			double d[3];
+			float dhr[3];
+			polar(theta, 20, d);
+			const float in[3] = {(float)d[0], (float)d[1], (float)d[2]};
+			bsdfrbf_dhr(model[m], in, transmit, dhr);
+			for (int n = 0; n < bsdfrbf_channels(model[m]); n++)
+				assert_true(dhr[n] >= 0 && dhr[n] < 1.02f);
+		}
+	}
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(quadrature_agrees),
+		cmocka_unit_test(swapped_agrees),
+		cmocka_unit_test(samples_agree),
+		cmocka_unit_test(no_gain_outside),
+	};
+	return cmocka_run_group_tests(tests, build, clear);
+}

@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What is drawn is what is evaluated: chi-square of samples against the integral of f |cos| over bins of equal probability. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "model_fixture.h"
+#include "quadrature.h"
+#include "random_model.h"
+
+enum { MODELS = FIXTURES + RANDOM_PLANS, BINS = 256, SAMPLES = 15000 };
+static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
+enum { INCIDENCES = sizeof theta_deg / sizeof *theta_deg, CASES = MODELS * INCIDENCES };
+static const double significance = 1e-4; /* that any case fails by chance */
+
+static bsdfrbf_model *model[MODELS];
+
+static int build(void **state)
+{
+	(void)state;
+	for (int m = 0; m < FIXTURES; m++)
+		model[m] = fixture_build(&fixture_plan[m]);
+	for (int m = 0; m < RANDOM_PLANS; m++)
+		model[FIXTURES + m] = random_model(&random_plans[m], 7u + (uint64_t)m);
+	return 0;
+}
+
+static int clear(void **state)
+{
+	(void)state;
+	for (int m = 0; m < MODELS; m++)
+		bsdfrbf_close(model[m]);
+	return 0;
+}
+
+typedef struct question {
+	const bsdfrbf_model *model;
+	float incident[3];
+	int transmit;
+} question;
+
+/* Incidence t of a model, at an azimuth that is no axis. */
+static question ask(int m, int t)
+{
+	question q = {.model = model[m]};
+	double d[3];
+	fixture_component(model[m], &q.transmit);
+	polar(theta_deg[t], 11 + 37. * m + 53. * t, d);
+	for (int n = 0; n < 3; n++)
+		q.incident[n] = (float)d[n];
+	return q;
+}
+
+static void scattered(void *user, const float d[3], float value[3])
+{
+	const question *q = user;
+	const float outgoing[3] = {d[0], d[1], q->transmit ? -d[2] : d[2]};
+	bsdfrbf_eval_scatter(q->model, q->incident, outgoing, value);
+	for (int n = 0; n < bsdfrbf_channels(q->model); n++)
+		value[n] *= d[2];
+}
+
+/* Upper quantile of the normal distribution, by bisection of the complementary error function. */
+static double normal_quantile(double upper)
+{
+	double low = 0, high = 10;
+	for (int i = 0; i < 80; i++) {
+		const double middle = .5 * (low + high);
+		if (.5 * erfc(middle / sqrt(2)) > upper)
+			low = middle;
+		else
+			high = middle;
+	}
+	return low;
+}
+
+static void chi_square(void **state)
+{
+	(void)state;
+	/* Sidak: each case may fail with probability 1 - (1 - s)^(1/cases) */
+	const double limit = normal_quantile(-expm1(log1p(-significance) / CASES));
+	int failed = 0;
+	for (int m = 0; m < MODELS; m++)
+		for (int t = 0; t < INCIDENCES; t++) {
+			question q = ask(m, t);
+			quadrature cells = quadrature_make(scattered, &q, bsdfrbf_channels(q.model), 2e-5);
+			int *bin = malloc(cells.cells * sizeof *bin), count[BINS] = {0}, drawn = 0;
+			double share[BINS], chi = 0;
+			assert_non_null(bin);
+			const int bins = quadrature_bins(&cells, 1. / 120, bin, share, BINS);
+			uint64_t seed = (uint64_t)(m * INCIDENCES + t);
+			for (int i = 0; i < SAMPLES; i++) {
+				float d[3];
+				if (!bsdfrbf_sample(q.model, q.incident, q.transmit, random_unit(&seed), d))
+					continue;
+				assert_true(q.transmit ? d[2] < 0 : d[2] > 0);
+				assert_float_equal(rbf_dot(d, d), 1, 1e-5);
+				d[2] = fabsf(d[2]);
+				count[bin[quadrature_find(&cells, d)]]++;
+				drawn++;
+			}
+			for (int i = 0; i < bins; i++) {
+				const double expected = share[i] * drawn;
+				assert_true(expected >= 5);
+				chi += (count[i] - expected) * (count[i] - expected) / expected;
+			}
+			/* Wilson and Hilferty: the cube root of chi-square over its degrees of freedom is nearly normal */
+			const double k = bins - 1, z = (cbrt(chi / k) - (1 - 2 / (9*k))) / sqrt(2 / (9*k));
+			if (!(z < limit) || bins < 20 || drawn < SAMPLES * .999) {
+				print_error("%s at %g degrees, %s: z %.1f (limit %.1f), %d bins, %d drawn\n", m < FIXTURES ? fixture_plan[m].material : "random",
+					theta_deg[t], fixture_maps(fixture_component(q.model, &q.transmit)), z, limit, bins, drawn);
+				failed++;
+			}
+			free(bin);
+			free(cells.cell);
+		}
+	assert_int_equal(failed, 0);
+}
+
+/* The models between them use the maps that the sampler treats differently. */
+static void maps_in_use(void **state)
+{
+	(void)state;
+	int used[RBF_MAPS] = {0}, moved = 0, transmit;
+	for (int m = 0; m < MODELS; m++) {
+		const rbf_component *c = fixture_component(model[m], &transmit);
+		moved += c->residual != 0;
+		for (uint32_t f = 0; f < c->frames; f++)
+			used[c->frame[f]]++;
+		print_message("%s: %s\n", m < FIXTURES ? fixture_plan[m].material : "random", fixture_maps(c));
+	}
+	for (int i = 0; i <= RBF_MAP_SHIFT; i++)
+		assert_true(used[i] > 0);
+	assert_true(moved > 0);
+}
+
+/* The density integrates to 1, as far as the table of DHR is right. */
+static void density_integrates(void **state)
+{
+	(void)state;
+	for (int m = 0; m < FIXTURES; m++)
+		for (int t = 0; t < INCIDENCES; t += 3) {
+			question q = ask(m, t);
+			quadrature cells = quadrature_make(scattered, &q, bsdfrbf_channels(q.model), 1e-4);
+			double sum = 0;
+			for (size_t i = 0; i < cells.cells; i++) {
+				const quad_cell *c = &cells.cell[i];
+				if (c->child >= 0)
+					continue;
+				for (int s = 0; s < 4; s++) {
+					float d[3];
+					quadrature_direction(c->x + (.25 + .5 * (s & 1)) * c->size, c->y + (.25 + .5 * (s >> 1)) * c->size, d);
+					d[2] = q.transmit ? -d[2] : d[2];
+					const float p = bsdfrbf_pdf(q.model, q.incident, d);
+					assert_true(p >= 0 && isfinite(p));
+					sum += .25 * 2 * RBF_PI * c->size * c->size * (double)p;
+				}
+			}
+			if (!(fabs(sum - 1) < .03))
+				fail_msg("%s at %g degrees: the density integrates to %.4f", fixture_plan[m].material, theta_deg[t], sum);
+			free(cells.cell);
+		}
+}
+
+/* Variance of a sample mean over REPEATS sets of COUNT numbers, evenly spaced with a jitter, or independent. */
+static double variance(const question *q, int stratified, double (*g)(const float d[3]))
+{
+	enum { REPEATS = 50, COUNT = 256 };
+	uint64_t seed = 99;
+	double sum = 0, square = 0;
+	for (int r = 0; r < REPEATS; r++) {
+		double mean = 0;
+		for (int i = 0; i < COUNT; i++) {
+			float d[3];
+			const double u = random_unit(&seed);
+			bsdfrbf_sample(q->model, q->incident, q->transmit, stratified ? (i + u) / COUNT : u, d);
+			mean += g(d) / COUNT;
+		}
+		sum += mean / REPEATS;
+		square += mean * mean / REPEATS;
+	}
+	return square - sum * sum;
+}
+
+static double east(const float d[3]) { return (double)d[0]; }
+static double height(const float d[3]) { return fabs((double)d[2]); }
+static double quadrant(const float d[3]) { return d[0] > 0 && d[1] > 0; }
+
+static void stratified_numbers(void **state)
+{
+	(void)state;
+	double (*const g[])(const float d[3]) = {east, height, quadrant};
+	for (int m = 0; m < FIXTURES; m++) {
+		double product = 1;
+		for (int t = 1; t < 4; t++)
+			for (int k = 0; k < 3; k++) {
+				const question q = ask(m, t);
+				const double even = variance(&q, 1, g[k]), random = variance(&q, 0, g[k]);
+				product *= random > 1e-12 ? even / random : 1;
+			}
+		const double ratio = pow(product, 1. / 9);
+		print_message("%s: variance of stratified over random numbers %.2f\n", fixture_plan[m].material, ratio);
+		assert_true(ratio < .9);
+	}
+}
+
+static void ends_of_the_range(void **state)
+{
+	(void)state;
+	const double u[] = {0, 0x1p-60, .5, 1 - 0x1p-53, 1, 2, -1, NAN, INFINITY};
+	for (int m = 0; m < MODELS; m++)
+		for (size_t i = 0; i < sizeof u / sizeof *u; i++) {
+			const question q = ask(m, 3);
+			float d[3];
+			if (bsdfrbf_sample(q.model, q.incident, q.transmit, u[i], d))
+				assert_float_equal(rbf_dot(d, d), 1, 1e-5);
+			else
+				assert_true(d[0] == 0 && d[1] == 0 && d[2] == 0);
+		}
+	const float nowhere[3] = {0, 0, 0}, level[3] = {1, 0, 0}, below[3] = {0, 0, -1}, none[3] = {NAN, 0, 1};
+	float d[3];
+	assert_false(bsdfrbf_sample(model[0], nowhere, 1, .5, d));
+	assert_false(bsdfrbf_sample(model[0], level, 1, .5, d));
+	assert_false(bsdfrbf_sample(model[0], none, 1, .5, d));
+	assert_false(bsdfrbf_sample(model[1], below, 0, .5, d)); /* the back was not measured */
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(maps_in_use),
+		cmocka_unit_test(chi_square),
+		cmocka_unit_test(density_integrates),
+		cmocka_unit_test(stratified_numbers),
+		cmocka_unit_test(ends_of_the_range),
+	};
+	return cmocka_run_group_tests(tests, build, clear);
+}
