@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "evaluate.h"
+#include "model_fixture.h"
+#include "random_model.h"
+
+enum { BLOCKS = 80 };
+
+static void unit(uint64_t *seed, float d[3])
+{
+	const double z = 2 * random_unit(seed) - 1, phi = 2 * RBF_PI * random_unit(seed), s = sqrt(1 - z*z);
+	d[0] = (float)(s * cos(phi));
+	d[1] = (float)(s * sin(phi));
+	d[2] = (float)z;
+}
+
+static void vectors_agree_with_reference(void **state)
+{
+	(void)state;
+	static rbf_block block[BLOCKS];
+	static rbf_amplitude amplitude[3 * BLOCKS];
+	static rbf_shift shift[2][BLOCKS];
+	uint64_t seed = 1;
+	for (int round = 0; round < 3000; round++) {
+		rbf_kernel_job job = {.blocks = 1 + (uint32_t)(random_unit(&seed) * (BLOCKS - 1)), .block = block, .amplitude = amplitude,
+			.stride = BLOCKS, .channels = round % 2 ? 3 : 1};
+		job.group = (job.blocks + 63) / 64;
+		job.mask = round % 3 ? ~(uint64_t)0 : (uint64_t)(random_unit(&seed) * 0x1p63) << 1;
+		unit(&seed, job.direction);
+		for (int n = 0; n < 2; n++) {
+			job.shift[n] = (round / 4 >> n) % 2 ? shift[n] : NULL;
+			job.shift_weight[n] = (float)random_unit(&seed) * .5f;
+		}
+		for (uint32_t b = 0; b < job.blocks; b++)
+			for (int i = 0; i < RBF_LANES; i++) {
+				float c[3], near[3];
+				unit(&seed, c);
+				if (i % 2) /* lobes that matter are near the direction */
+					for (int n = 0; n < 3; n++)
+						c[n] = job.direction[n] + .05f * c[n];
+				rbf_normalize(c);
+				block[b].x[i] = c[0];
+				block[b].y[i] = c[1];
+				block[b].z[i] = c[2];
+				block[b].k[i] = (float)pow(1e5, random_unit(&seed));
+				for (int n = 0; n < 3; n++)
+					amplitude[n * BLOCKS + b].a[i] = (float)random_unit(&seed);
+				for (int n = 0; n < 2; n++) {
+					unit(&seed, near);
+					shift[n][b].x[i] = .2f * near[0];
+					shift[n][b].y[i] = .2f * near[1];
+					shift[n][b].z[i] = .2f * near[2];
+				}
+			}
+		float expected[3], sum[3];
+		rbf_kernel_reference(&job, expected);
+		void (*const kernel[3])(const rbf_kernel_job *, float *) = {rbf_kernel_sum, rbf_kernel_generic,
+#if defined(__x86_64__)
+			__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? rbf_kernel_avx2 :
+#endif
+			rbf_kernel_generic};
+		for (int k = 0; k < 3; k++) {
+			kernel[k](&job, sum);
+			/* a centre is a float: half an ulp of 1 (6e-8) at kappa d = 1e5 x .01 shifts the exponent by 1e-4 */
+			for (uint32_t n = 0; n < job.channels; n++)
+				if (!(fabsf(sum[n] - expected[n]) <= 3e-4f * expected[n] + 1e-7f))
+					fail_msg("kernel %d, channel %u: %g, reference %g", k, n, (double)sum[n], (double)expected[n]);
+		}
+	}
+}
+
+/* Without the masks, or with: the set's value differs by less than the bound. */
+static void culling_error(const bsdfrbf_model *model, const char *name)
+{
+	int transmit;
+	const rbf_component *c = fixture_component(model, &transmit);
+	rbf_component whole = *c;
+	uint64_t seed = 2;
+	double worst = 0, kept = 0;
+	enum { PAIRS = 4000 };
+	whole.cull = NULL;
+	assert_non_null(c->cull);
+	for (uint64_t i = 0; i < (uint64_t)c->sets * RBF_CULL_GRID * RBF_CULL_GRID; i++)
+		kept += __builtin_popcountll(c->cull[i]);
+	for (int n = 0; n < PAIRS; n++) {
+		rbf_site a, b;
+		float i[3], o[3], p[3], q[3], with[3], without[3];
+		unit(&seed, i);
+		unit(&seed, o);
+		i[2] = fabsf(i[2]) + 1e-3f;
+		o[2] = fabsf(o[2]) + 1e-3f;
+		rbf_normalize(i);
+		rbf_normalize(o);
+		rbf_site_locate(c, i, &a);
+		rbf_site_locate(&whole, i, &b);
+		rbf_site_fold(&a, o, p);
+		rbf_site_fold(&b, o, q);
+		rbf_site_dsf(&a, p, with);
+		rbf_site_dsf(&b, q, without);
+		for (uint32_t k = 0; k < c->channels; k++)
+			if (without[k] > 1e-12f)
+				worst = fmax(worst, fabs((double)with[k] / (double)without[k] - 1));
+	}
+	print_message("%s: culling off by at most %.1e, %.0f groups a cell\n", name, worst, kept / (c->sets * (double)(RBF_CULL_GRID * RBF_CULL_GRID)));
+	assert_true(worst < 1e-3);
+}
+
+static bsdfrbf_model *model[2 + RANDOM_PLANS];
+
+static int build(void **state)
+{
+	(void)state;
+	model[0] = fixture_build(&fixture_plan[2]);
+	model[1] = fixture_build(&fixture_plan[4]);
+	for (int m = 0; m < RANDOM_PLANS; m++)
+		model[2 + m] = random_model(&random_plans[m], 3u + (uint64_t)m);
+	return 0;
+}
+
+static int clear(void **state)
+{
+	(void)state;
+	for (int m = 0; m < 2 + RANDOM_PLANS; m++)
+		bsdfrbf_close(model[m]);
+	return 0;
+}
+
+static void culling(void **state)
+{
+	(void)state;
+	culling_error(model[0], "film");
+	culling_error(model[1], "grating");
+	for (int m = 0; m < RANDOM_PLANS; m++)
+		culling_error(model[2 + m], "random");
+}
+
+static void ways_to_evaluate_agree(void **state)
+{
+	(void)state;
+	enum { COUNT = 300 };
+	for (int m = 0; m < 2 + RANDOM_PLANS; m++) {
+		static float in[COUNT][3], out[COUNT][3], many[COUNT * 3], exitant[COUNT * 3];
+		const size_t channels = (size_t)bsdfrbf_channels(model[m]);
+		uint64_t seed = 3;
+		for (int n = 0; n < COUNT; n++) {
+			unit(&seed, out[n]);
+			if (n % 7)
+				memcpy(in[n], in[n - 1], sizeof in[n]);
+			else
+				unit(&seed, in[n]);
+		}
+		bsdfrbf_eval_many(model[m], COUNT, in[0], out[0], many);
+		for (int n = 0; n < COUNT; n += 7)
+			bsdfrbf_eval_exitant(model[m], in[n], COUNT - n < 7 ? (size_t)(COUNT - n) : 7, out[n], exitant + (size_t)n * channels);
+		assert_memory_equal(many, exitant, COUNT * channels * sizeof *many);
+		for (int n = 0; n < COUNT; n++) {
+			float one[3], scatter[3], lambertian[3];
+			const int transmit = (in[n][2] < 0) != (out[n][2] < 0);
+			bsdfrbf_eval(model[m], in[n], out[n], one);
+			assert_memory_equal(one, many + (size_t)n * channels, channels * sizeof *one);
+			bsdfrbf_eval_scatter(model[m], in[n], out[n], scatter);
+			bsdfrbf_lambertian(model[m], (transmit ? BSDFRBF_TF : BSDFRBF_RF) + (in[n][2] < 0), lambertian);
+			for (size_t k = 0; k < channels; k++)
+				assert_float_equal(one[k], scatter[k] + lambertian[k] / (float)RBF_PI, 1e-5f * one[k] + 1e-7f);
+		}
+	}
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(vectors_agree_with_reference),
+		cmocka_unit_test(culling),
+		cmocka_unit_test(ways_to_evaluate_agree),
+	};
+	return cmocka_run_group_tests(tests, build, clear);
+}
