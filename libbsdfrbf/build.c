@@ -172,7 +172,7 @@ static int by_theta(const void *a, const void *b)
  * tried ones next to them. */
 static int lobes_from_data(job *j, int channels, const float lambertian[3], uint32_t *lobes)
 {
-	const int64_t bases = (int64_t)j->measured.count, trials = bases < FIT_TRIALS ? bases : FIT_TRIALS;
+	const int64_t bases = (int64_t)j->measured.count, trials = (bases + 2) / 3 < FIT_TRIALS ? (bases + 2) / 3 : FIT_TRIALS;
 	uint32_t found[FIT_TRIALS];
 	int64_t at[FIT_TRIALS];
 	float error[FIT_TRIALS];

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TRIALS_MAX = 64, POINTS = 512, FRAMES_MAX = 3 };
+enum { TRIALS_MAX = 64, POINTS = 320, FRAMES_MAX = 3 };
 enum { SCREEN = 4 }; /* every fourth trial is made first */
 static const float SCREEN_LOSS = 1.06f;
 static const float GAIN = .97f; /* another frame must lower the error to this share */
@@ -279,7 +279,10 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 		*choice = best;
 		return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 	}
+	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
 	for (unsigned map = 0; map < RBF_MAPS && !failed; map++) {
+		if (plane && !rbf_map_counts_in_plane(map))
+			continue;
 		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}}, best.frames ? &best : NULL);
 		*choice = best;
 		if (rbf_progress(context, "frames", from + step * map))
@@ -289,7 +292,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS && !failed; map++) {
 			rbf_choice next = {.frames = best.frames + 1};
-			int there = 0;
+			int there = plane && !rbf_map_counts_in_plane(map);
 			for (uint32_t f = 0; f < best.frames; f++) {
 				next.frame[f] = best.frame[f];
 				there |= best.frame[f] == map;

@@ -37,6 +37,13 @@ static inline const char *rbf_map_name(unsigned map)
 	return map < RBF_MAPS ? name[map] : "unknown";
 }
 
+/* If all incidences lie in the plane y = 0, maps that differ in y alone are the same: 1 for the first of each kind. */
+static inline int rbf_map_counts_in_plane(unsigned map)
+{
+	return map == RBF_MAP_FIXED || map == RBF_MAP_MIRROR || map == RBF_MAP_RETRO || map == RBF_MAP_HALF || map == RBF_MAP_SHIFT
+		|| map == RBF_MAP_SHIFT_RETRO;
+}
+
 #define RBF_VALID_Z 0.3f     /* mapped directions lower than this lose weight: lobes are less certain there */
 #define RBF_SHIFT_MIN_Z 0.02f
 #define RBF_SLANT_MAX 11.43f /* tan 85 degrees: beyond, the half map's change of solid angle is held, so that it has a bound */
