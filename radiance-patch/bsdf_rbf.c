@@ -284,44 +284,66 @@ rbf_through(const RBFfile *file, const RREAL *v)
 	return file->through[v[2] > 0][i < RBF_THETAS ? i : RBF_THETAS-1][j % RBF_PHIS];
 }
 
-/* Abscissas in (0, 1) and weights of the ten-point Gauss-Legendre rule on (-1, 1), by symmetry five of each. */
-static const double	rbf_gauss[5][2] = {
-	{.1488743389816312, .2955242247147529}, {.4333953941292472, .2692667193099963},
-	{.6794095682990244, .2190863625159820}, {.8650633666889845, .1494513491505806},
-	{.9739065285171717, .0666713443086881}
+/* Abscissas in (-1, 1) and weights of the eight-point Gauss-Legendre rule. */
+#define RBF_GAUSS	8
+static const double	rbf_gauss[RBF_GAUSS][2] = {
+	{-.9602898564975363, .1012285362903763}, {-.7966664774136267, .2223810344533745},
+	{-.5255324099163290, .3137066458778873}, {-.1834346424956498, .3626837833783620},
+	{.1834346424956498, .3626837833783620}, {.5255324099163290, .3137066458778873},
+	{.7966664774136267, .2223810344533745}, {.9602898564975363, .1012285362903763}
 };
+#define RBF_TURNS	12
+
+/* Sum of weights times f without the Lambertian part at -v + (x, y) of each of n points. */
+static double
+rbf_weighted(const RBFfile *file, const RREAL *v, int n, const double (*point)[3], double diffuse)
+{
+	float	incident[3], out[RBF_GAUSS*RBF_TURNS][3], value[RBF_GAUSS*RBF_TURNS*3];
+	double	weight[RBF_GAUSS*RBF_TURNS], x, y, z2, sum = 0;
+	int	i, count = 0;
+
+	for (i = 0; i < n; i++) {
+		x = point[i][0] - v[0]; y = point[i][1] - v[1];
+		if ((z2 = 1 - x*x - y*y) <= 0)
+			continue;
+		out[count][0] = x; out[count][1] = y;
+		out[count][2] = v[2] > 0 ? -sqrt(z2) : sqrt(z2);
+		weight[count++] = point[i][2];
+	}
+	if (!count)
+		return 0;
+	VCOPY(incident, v);
+	bsdfrbf_eval_exitant(file->model, incident, count, out[0], value);
+	for (i = 0; i < count; i++)
+		sum += weight[i]*(value[file->channels*i + (file->channels == 3)] - diffuse);
+	return sum;
+}
 
 /* Energy in the disk of the given area about -v: the integral of f over projected solid angle, which is plain area in
  * the (x, y) of directions. A peak is an ellipse there, cos(theta) times narrower in the plane of incidence. */
 static double
-rbf_disk_energy(const RBFfile *file, const RREAL *v, double radius2)
+rbf_disk_energy(const RBFfile *file, const RREAL *v, double radius2, double diffuse)
 {
 	const double	radius = sqrt(radius2), l = sqrt(v[0]*v[0] + v[1]*v[1]);
-	double		ux = 1, uy = 0, a, b, wide, high, sum = 0, z2;
-	FVECT		out;
-	int		i, j;
+	double		ux = 1, uy = 0, a, b, wide, high, point[RBF_GAUSS*RBF_GAUSS][3];
+	int		i, j, n = 0;
 
 	if (l > 1e-6) {
 		ux = v[0]/l; uy = v[1]/l;
 	}
 	wide = 4/RBF_PEAK*radius*fabs(v[2]);
 	if (wide > radius) wide = radius;
-	for (i = -5; i < 5; i++) {
-		a = wide*(i < 0 ? -rbf_gauss[-1-i][0] : rbf_gauss[i][0]);
+	for (i = 0; i < RBF_GAUSS; i++) {
+		a = wide*rbf_gauss[i][0];
 		high = sqrt(radius2 - a*a);
-		for (j = -5; j < 5; j++) {
-			b = high*(j < 0 ? -rbf_gauss[-1-j][0] : rbf_gauss[j][0]);
-			out[0] = -v[0] + a*ux - b*uy;
-			out[1] = -v[1] + a*uy + b*ux;
-			z2 = 1 - out[0]*out[0] - out[1]*out[1];
-			if (z2 <= 0)
-				continue;
-			out[2] = v[2] > 0 ? -sqrt(z2) : sqrt(z2);
-			sum += wide*rbf_gauss[i < 0 ? -1-i : i][1] * high*rbf_gauss[j < 0 ? -1-j : j][1] *
-					rbf_scatter(file, v, out);
+		for (j = 0; j < RBF_GAUSS; j++, n++) {
+			b = high*rbf_gauss[j][0];
+			point[n][0] = a*ux - b*uy;
+			point[n][1] = a*uy + b*ux;
+			point[n][2] = wide*rbf_gauss[i][1] * high*rbf_gauss[j][1];
 		}
 	}
-	return sum;
+	return rbf_weighted(file, v, n, (const double (*)[3])point, diffuse);
 }
 
 static int
@@ -334,28 +356,23 @@ rbf_descending(const void *a, const void *b)
 
 /* Mean of f over the disk within which a source is taken to come straight through, without the disk of the peak. */
 static double
-rbf_surround(const RBFfile *file, const RREAL *v, double radius2, double probe)
+rbf_surround(const RBFfile *file, const RREAL *v, double radius2, double probe, double diffuse)
 {
 	const double	inner = sqrt(radius2);
 	const double	outer = sqrt(10/M_PI) * (sqrt(probe) + sqrt(RBF_SUN*fabs(v[2])));
-	double		sum = 0, r, z2;
-	FVECT		out;
-	int		i, j;
+	double		r, point[RBF_GAUSS*RBF_TURNS][3];
+	int		i, j, n = 0;
 
 	if (outer <= inner)
 		return 0;
-	for (i = 0; i < 10; i++)
-		for (j = 0; j < 16; j++) {
-			r = inner + (outer - inner)*.5*(1 + (i < 5 ? -rbf_gauss[i][0] : rbf_gauss[i-5][0]));
-			out[0] = -v[0] + r*cos(j*M_PI/8);
-			out[1] = -v[1] + r*sin(j*M_PI/8);
-			z2 = 1 - out[0]*out[0] - out[1]*out[1];
-			if (z2 <= 0)
-				continue;
-			out[2] = v[2] > 0 ? -sqrt(z2) : sqrt(z2);
-			sum += .5*rbf_gauss[i % 5][1] * r * rbf_scatter(file, v, out);
+	for (i = 0; i < RBF_GAUSS; i++)
+		for (j = 0; j < RBF_TURNS; j++, n++) {
+			r = inner + .5*(outer - inner)*(1 + rbf_gauss[i][0]);
+			point[n][0] = r*cos(j*(2*M_PI/RBF_TURNS));
+			point[n][1] = r*sin(j*(2*M_PI/RBF_TURNS));
+			point[n][2] = r*rbf_gauss[i][1];
 		}
-	return sum * (outer - inner) * (M_PI/8) / (M_PI*outer*outer);
+	return rbf_weighted(file, v, n, (const double (*)[3])point, diffuse) * (outer - inner) / (RBF_TURNS*outer*outer);
 }
 
 /* Works out the answers for the probes at an incidence with a peak. */
@@ -395,8 +412,8 @@ rbf_set_probes(RBFpart *part, const RREAL *v, double radius2)
 	if ((peak <= 0) | (first >= n))
 		return;					/* m_bsdf.c will find no surround */
 	part->peak_f = f[first-1];
-	part->peak_psa = rbf_disk_energy(part->file, v, radius2) / peak;
-	mean = diffuse + rbf_surround(part->file, v, radius2, part->probe);
+	part->peak_psa = rbf_disk_energy(part->file, v, radius2, diffuse) / peak;
+	mean = diffuse + rbf_surround(part->file, v, radius2, part->probe, diffuse);
 	for (i = first; i < n-2 && f[i+1] >= mean; i++)
 		;
 	if (i > n-2)
