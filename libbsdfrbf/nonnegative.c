@@ -16,7 +16,7 @@
 #define CLONES
 #endif
 
-enum { PANEL = 8, WARM = 20, EXCHANGES = 60, FINISH = 400, PATIENCE = 3 };
+enum { PANEL = 8, WARM = 20, EXCHANGES = 60, PATIENCE = 3 };
 
 /* Coordinate descent: x and the gradient Gx - b are kept together. */
 CLONES static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
@@ -168,6 +168,55 @@ static int optimal(pivoting *p)
 	return 0;
 }
 
+/* Lawson and Hanson, Solving Least Squares Problems, 1974, ch. 23: slower, but every step lowers the objective. Starts from p->x. */
+static int active_set(pivoting *p)
+{
+	double *old = malloc((p->m + 1) * sizeof *old), scale = 0;
+	if (!old)
+		return -1;
+	for (size_t j = 0; j < p->m; j++) {
+		p->in[j] = p->x[j] > 0;
+		scale = fmax(scale, fabs(p->right[j]) / sqrt(p->gram[j * p->m + j]));
+	}
+	for (size_t step = 0; step < 3 * p->m + 100; step++) {
+		memcpy(old, p->x, p->m * sizeof *old);
+		if (solve_free(p)) { /* rounding: what there was is kept */
+			memcpy(p->x, old, p->m * sizeof *old);
+			break;
+		}
+		double reach = 1;
+		size_t at = p->m;
+		for (size_t j = 0; j < p->m; j++)
+			if (p->in[j] && p->x[j] < 0 && !(old[j] / (old[j] - p->x[j]) >= reach)) {
+				reach = old[j] / (old[j] - p->x[j]);
+				at = j;
+			}
+		if (at < p->m) { /* as far as the first variable that becomes 0 */
+			for (size_t j = 0; j < p->m; j++) {
+				p->x[j] = fmax(old[j] + reach * (p->x[j] - old[j]), 0);
+				if (!(p->x[j] > 0))
+					p->in[j] = 0;
+			}
+			p->in[at] = 0;
+			p->x[at] = 0;
+			continue;
+		}
+		double least = -1e-10 * scale;
+		for (size_t j = 0; j < p->m; j++) {
+			const double g = p->gradient[j] / sqrt(p->gram[j * p->m + j]);
+			if (!p->in[j] && g < least) {
+				least = g;
+				at = j;
+			}
+		}
+		if (at == p->m)
+			break;
+		p->in[at] = 1;
+	}
+	free(old);
+	return 0;
+}
+
 int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, double *x)
 {
 	pivoting p = {.m = m, .gram = gram, .right = right, .x = x};
@@ -176,7 +225,7 @@ int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, dou
 	p.part = malloc((m + 1) * sizeof *p.part);
 	p.index = malloc((m + 1) * sizeof *p.index);
 	p.in = malloc(m + 1);
-	const int failed = !p.gradient || !p.matrix || !p.part || !p.index || !p.in;
+	int failed = !p.gradient || !p.matrix || !p.part || !p.index || !p.in;
 	if (!failed) {
 		for (size_t j = 0; j < m; j++) {
 			x[j] = 0;
@@ -185,7 +234,7 @@ int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, dou
 		descend(m, gram, x, p.gradient, WARM);
 		for (size_t j = 0; j < m; j++)
 			p.in[j] = x[j] > 0;
-		if (!optimal(&p)) { /* rounding, or too many exchanges: descend from what there is */
+		if (!optimal(&p)) { /* rounding, or too many exchanges: on from what there is */
 			for (size_t j = 0; j < m; j++) {
 				x[j] = isfinite(x[j]) && x[j] > 0 ? x[j] : 0;
 				p.gradient[j] = -right[j];
@@ -193,7 +242,8 @@ int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, dou
 			for (size_t i = 0; i < m; i++)
 				for (size_t j = 0; x[i] > 0 && j < m; j++)
 					p.gradient[j] += x[i] * gram[i * m + j];
-			descend(m, gram, x, p.gradient, FINISH);
+			descend(m, gram, x, p.gradient, WARM);
+			failed = active_set(&p) != 0;
 		}
 	}
 	free(p.gradient);

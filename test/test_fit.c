@@ -1,0 +1,273 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "fit.h"
+#include "model_fixture.h"
+#include "neighbours.h"
+#include "nonnegative.h"
+
+/* Karush, Kuhn, Tucker: x >= 0, gradient >= 0, and one of them 0; then the strictly convex problem is solved. */
+static void optimality(void **state)
+{
+	(void)state;
+	uint64_t seed = 1;
+	for (int round = 0; round < 60; round++) {
+		const size_t m = 1 + (size_t)(random_unit(&seed) * 90), rows = m + 10;
+		double *a = malloc(rows * m * sizeof *a), *gram = calloc(m * m, sizeof *gram), *right = calloc(m, sizeof *right), *x = malloc(m * sizeof *x);
+		/* overlapping bumps on a line: nearly dependent columns */
+		const double width = (.5 + 4 * random_unit(&seed)) / (double)m;
+		for (size_t r = 0; r < rows; r++) {
+			const double at = (double)r / (double)rows, y = (round % 3 ? fmax(sin(9 * at), 0) : random_unit(&seed) - .5) * (round % 5 ? 1 : 1e6);
+			for (size_t j = 0; j < m; j++) {
+				const double d = (at - (double)j / (double)m) / width;
+				a[r * m + j] = exp(-.5 * d * d);
+			}
+			for (size_t j = 0; j < m; j++)
+				right[j] += a[r * m + j] * y;
+		}
+		double scale = 0;
+		for (size_t i = 0; i < m; i++) {
+			for (size_t j = 0; j < m; j++)
+				for (size_t r = 0; r < rows; r++)
+					gram[i * m + j] += a[r * m + i] * a[r * m + j];
+			gram[i * m + i] *= 1 + (round % 2 ? 1e-5 : 1e-3);
+			scale = fmax(scale, fabs(right[i]));
+		}
+		assert_int_equal(rbf_nonnegative_solve(m, gram, right, x), 0);
+		for (size_t i = 0; i < m; i++) {
+			double gradient = -right[i];
+			for (size_t j = 0; j < m; j++)
+				gradient += gram[i * m + j] * x[j];
+			assert_true(x[i] >= 0);
+			if (!(gradient > -1e-6 * scale) || (x[i] > 0 && !(gradient < 1e-6 * scale)))
+				fail_msg("round %d, %zu variables: x %g, gradient %g of %g", round, m, x[i], gradient, scale);
+		}
+		free(a);
+		free(gram);
+		free(right);
+		free(x);
+	}
+	double one = 3, none[1] = {-2}, x[1];
+	assert_int_equal(rbf_nonnegative_solve(0, NULL, NULL, NULL), 0);
+	assert_int_equal(rbf_nonnegative_solve(1, &one, none, x), 0);
+	assert_true(x[0] == 0);
+}
+
+static void nearest_neighbours(void **state)
+{
+	(void)state;
+	enum { N = 700, K = 9 };
+	static float p[N][3];
+	uint64_t seed = 2;
+	rbf_tree tree;
+	for (int i = 0; i < N; i++)
+		for (int k = 0; k < 3; k++)
+			p[i][k] = (float)(random_unit(&seed) > .3 ? random_unit(&seed) : floor(4 * random_unit(&seed)) / 4); /* many equal */
+	assert_int_equal(rbf_tree_build(&tree, N, (const float (*)[3])p), 0);
+	for (int q = 0; q < 200; q++) {
+		uint32_t index[64];
+		float distance[64];
+		const float at[3] = {(float)random_unit(&seed), (float)random_unit(&seed), (float)random_unit(&seed)};
+		assert_int_equal(rbf_tree_nearest(&tree, at, K, index, distance), K);
+		int closer = 0;
+		for (int i = 0; i < N; i++) {
+			const float x = p[i][0] - at[0], y = p[i][1] - at[1], z = p[i][2] - at[2];
+			closer += x*x + y*y + z*z < distance[K - 1] * .99999f;
+		}
+		assert_true(closer < K);
+		for (int k = 1; k < K; k++)
+			assert_true(distance[k] >= distance[k - 1]);
+	}
+	rbf_tree_free(&tree);
+}
+
+typedef double truth(const double o[3]);
+
+enum { MOST = 6000 };
+static double outgoing[3 * MOST];
+static float dsf[MOST];
+static rbf_incidence incidence = {.direction = {0, 0, 1}, .outgoing = outgoing, .dsf = dsf};
+static const float nothing[3] = {0, 0, 0};
+
+/* An even spiral of `count` directions, with relative noise. */
+static void measure(truth *f, size_t count, double noise)
+{
+	uint64_t seed = 11;
+	incidence.count = count;
+	for (size_t i = 0; i < count; i++) {
+		const double z = 1 - .97 * ((double)i + .5) / (double)count, phi = 2 * RBF_PI * .6180339887 * (double)i, s = sqrt(1 - z*z);
+		double *o = outgoing + 3*i;
+		o[0] = s * cos(phi);
+		o[1] = s * sin(phi);
+		o[2] = z;
+		double normal = 0;
+		for (int k = 0; k < 12; k++)
+			normal += random_unit(&seed) - .5;
+		dsf[i] = (float)(f(o) * (1 + noise * normal));
+	}
+}
+
+static double beam(const double o[3], double x, double y, double kappa)
+{
+	const double z = sqrt(1 - x*x - y*y);
+	return exp(-.5 * kappa * ((o[0] - x) * (o[0] - x) + (o[1] - y) * (o[1] - y) + (o[2] - z) * (o[2] - z)));
+}
+
+static double three_lobes(const double o[3]) { return 2 * beam(o, .3, .2, 60) + .5 * beam(o, -.4, .1, 20) + beam(o, 0, -.6, 150); }
+static double flat(const double o[3]) { return .1 * o[2]; }
+static double steep(const double o[3]) { return 1e4 * beam(o, .2, 0, 250) + 1e-3 * o[2]; }
+static double wide(const double o[3]) { return beam(o, .1, .1, 5) + .1; }
+
+/* Mean |fit - truth| over mean truth, at directions between the samples. */
+static double error_of(const rbf_lobes *l, truth *f)
+{
+	double difference = 0, total = 0;
+	for (int i = 0; i < 4000; i++) {
+		const double z = 1 - .95 * (i + .25) / 4000, phi = 2 * RBF_PI * .7548776662 * i, s = sqrt(1 - z*z);
+		const double o[3] = {s * cos(phi), s * sin(phi), z};
+		const float w[3] = {(float)o[0], (float)o[1], (float)o[2]};
+		float v[3];
+		rbf_lobes_sum(l, w, v);
+		assert_true(v[0] >= 0 && isfinite(v[0]));
+		difference += fabs((double)v[0] - f(o));
+		total += f(o);
+	}
+	return difference / total;
+}
+
+static void lobes_are_recovered(void **state)
+{
+	(void)state;
+	rbf_lobes l;
+	float error;
+	measure(three_lobes, 3000, 0);
+	assert_int_equal(rbf_fit(&incidence, 1, nothing, 300, 0, &l, &error), 0);
+	const double plain = error_of(&l, three_lobes);
+	rbf_lobes_free(&l);
+	measure(three_lobes, 3000, .02);
+	assert_int_equal(rbf_fit(&incidence, 1, nothing, 300, 8, &l, &error), 0);
+	const double noisy = error_of(&l, three_lobes);
+	print_message("L1 %.4f without noise, %.4f with 2 %%, held-out samples %.4f\n", plain, noisy, (double)error);
+	assert_true(plain < .02 && noisy < .04);
+	assert_true(error > .005f && error < .06f);
+	rbf_lobes_free(&l);
+}
+
+static void diffuse_part(void **state)
+{
+	(void)state;
+	const rbf_measured measured = {1, &incidence};
+	rbf_lobes l;
+	float lambertian[3], error;
+	for (int noisy = 0; noisy < 2; noisy++) {
+		measure(flat, 3000, noisy ? .02 : 0);
+		rbf_fit_lambertian(&measured, 1, lambertian);
+		assert_true(lambertian[0] > .7 * .1 * RBF_PI && lambertian[0] < 1.01 * .1 * RBF_PI);
+		assert_int_equal(rbf_fit(&incidence, 1, lambertian, 150, 0, &l, &error), 0);
+		double energy = (double)lambertian[0];
+		for (int i = 0; i < 20000; i++) {
+			const double z = (i + .5) / 20000, phi = 2 * RBF_PI * .6180339887 * i, s = sqrt(1 - z*z);
+			const float w[3] = {(float)(s * cos(phi)), (float)(s * sin(phi)), (float)z};
+			float v[3];
+			rbf_lobes_sum(&l, w, v);
+			energy += 2 * RBF_PI * (double)v[0] / 20000;
+		}
+		print_message("diffuse: DHR %.5f of %.5f, %.5f of it Lambertian\n", energy, .1 * RBF_PI, (double)lambertian[0]);
+		assert_float_equal(energy, .1 * RBF_PI, .01 * .1 * RBF_PI);
+		rbf_lobes_free(&l);
+	}
+}
+
+/* .6 degrees wide at half maximum, in samples .3 degrees apart around it and a coarse scan elsewhere. */
+static void narrow_peak(void **state)
+{
+	(void)state;
+	const double kappa = 8 * log(2) / (.6 * DEGREE * .6 * DEGREE), peak = 500;
+	const double axis[3] = {.30071, .1003, sqrt(1 - .30071*.30071 - .1003*.1003)};
+	measure(wide, 1500, 0);
+	for (int y = -12; y <= 12; y++)
+		for (int x = -12; x <= 12; x++)
+			around_axis(axis, hypot(x + .4, y + .3) * .3 * DEGREE, atan2(y + .3, x + .4), outgoing + 3 * incidence.count++);
+	for (size_t i = 0; i < incidence.count; i++)
+		dsf[i] = (float)(wide(outgoing + 3*i) + peak * beam(outgoing + 3*i, axis[0], axis[1], kappa));
+	rbf_lobes l;
+	float error, v[3], energy = 0;
+	assert_int_equal(rbf_fit(&incidence, 1, nothing, 300, 0, &l, &error), 0);
+	const float at[3] = {(float)axis[0], (float)axis[1], (float)axis[2]};
+	rbf_lobes_sum(&l, at, v);
+	for (double r = 0; r < 1.5; r += .05)
+		for (int a = 0; a < 12; a++) {
+			double d[3];
+			float w[3], here[3];
+			around_axis(axis, (r + .025) * DEGREE, a * RBF_PI / 6, d);
+			for (int k = 0; k < 3; k++)
+				w[k] = (float)d[k];
+			rbf_lobes_sum(&l, w, here);
+			energy += here[0] * (float)((r + .025) * DEGREE * .05 * DEGREE * RBF_PI / 6);
+		}
+	print_message("peak %.1f of %.1f, energy %.5f of %.5f\n", (double)v[0], peak + wide(axis), (double)energy, peak * 2 * RBF_PI / kappa);
+	assert_float_equal(v[0], peak + wide(axis), .05 * peak);
+	assert_float_equal(energy, peak * 2 * RBF_PI / kappa, .08 * peak * 2 * RBF_PI / kappa);
+	rbf_lobes_free(&l);
+}
+
+static double spike(const double o[3]) { return o[0] > .299 && o[0] < .304 && o[1] > 0 && o[1] < .1 ? 50 : 0; }
+static double zero(const double o[3]) { return 0 * o[0]; }
+static double negative(const double o[3]) { return -o[2]; }
+static double equal(const double o[3]) { return .2 + 0 * o[0]; }
+
+static void unusual_samples(void **state)
+{
+	(void)state;
+	truth *const f[] = {spike, zero, negative, equal, steep, flat};
+	const size_t counts[] = {1, 2, 3, 10, 40, 2000};
+	for (size_t t = 0; t < sizeof f / sizeof *f; t++)
+		for (size_t n = 0; n < sizeof counts / sizeof *counts; n++)
+			for (uint32_t hold = 0; hold <= 8; hold += 8) {
+				rbf_lobes l;
+				float error;
+				measure(f[t], counts[n], t == 4 ? 0 : .02);
+				assert_int_equal(rbf_fit(&incidence, 1, nothing, 150, hold, &l, &error), 0);
+				for (uint32_t i = 0; i < l.count; i++) {
+					assert_true(isfinite(rbf_lobe_amplitude(&l, 0, i)) && rbf_lobe_amplitude(&l, 0, i) >= 0);
+					assert_true(rbf_lobe_kappa(&l, i) > 0 && isfinite(rbf_lobe_kappa(&l, i)));
+				}
+				assert_true(!isnan(error));
+				if (f[t] == steep && counts[n] == 2000)
+					assert_true(error_of(&l, steep) < .1);
+				if ((f[t] == zero || f[t] == negative) && l.count)
+					for (uint32_t i = 0; i < l.count; i++)
+						assert_true(l.mass[i] < 1e-6);
+				rbf_lobes_free(&l);
+			}
+	/* every sample in the same direction */
+	measure(equal, 50, .02);
+	for (size_t i = 1; i < 50; i++)
+		memcpy(outgoing + 3*i, outgoing, 3 * sizeof *outgoing);
+	rbf_lobes l;
+	float error, v[3];
+	assert_int_equal(rbf_fit(&incidence, 1, nothing, 150, 0, &l, &error), 0);
+	const float at[3] = {(float)outgoing[0], (float)outgoing[1], (float)outgoing[2]};
+	rbf_lobes_sum(&l, at, v);
+	assert_float_equal(v[0], .2, .02);
+	rbf_lobes_free(&l);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(optimality),
+		cmocka_unit_test(nearest_neighbours),
+		cmocka_unit_test(lobes_are_recovered),
+		cmocka_unit_test(diffuse_part),
+		cmocka_unit_test(narrow_peak),
+		cmocka_unit_test(unusual_samples),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
