@@ -16,7 +16,8 @@
 #define CLONES
 #endif
 
-enum { PANEL = 8, WARM = 20, EXCHANGES = 60, PATIENCE = 3 };
+enum { PANEL = 8, WARM = 20, EXCHANGES = 60, PATIENCE = 3, FINISH = 400, STEPS = 40 };
+static const double WORK = 2e9; /* m^3 a step */
 
 /* Coordinate descent: x and the gradient Gx - b are kept together. */
 CLONES static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
@@ -178,7 +179,10 @@ static int active_set(pivoting *p)
 		p->in[j] = p->x[j] > 0;
 		scale = fmax(scale, fabs(p->right[j]) / sqrt(p->gram[j * p->m + j]));
 	}
-	for (size_t step = 0; step < 3 * p->m + 100; step++) {
+	/* Small problems are finished; for large ones, whose last steps change the sum of the lobes by nothing that can be seen, the
+	 * work is bounded. */
+	const double m = (double)p->m + 1, most = fmin(3*m + 100, fmax(STEPS, WORK / (m*m*m)));
+	for (int step = 0; step < most; step++) {
 		memcpy(old, p->x, p->m * sizeof *old);
 		if (solve_free(p)) { /* rounding: what there was is kept */
 			memcpy(p->x, old, p->m * sizeof *old);
@@ -242,7 +246,7 @@ int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, dou
 			for (size_t i = 0; i < m; i++)
 				for (size_t j = 0; x[i] > 0 && j < m; j++)
 					p.gradient[j] += x[i] * gram[i * m + j];
-			descend(m, gram, x, p.gradient, WARM);
+			descend(m, gram, x, p.gradient, FINISH);
 			failed = active_set(&p) != 0;
 		}
 	}
