@@ -172,6 +172,20 @@ void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], 
 		share[k] = fminf(share[k] / total, RBF_VALID_GAIN);
 }
 
+uint64_t rbf_site_groups(const rbf_component *c, uint32_t set, const float direction[3])
+{
+	if (!c->cull || !(direction[2] > 0))
+		return ~(uint64_t)0;
+	float square[2];
+	int cell[2];
+	rbf_square_from_direction(direction, square);
+	for (int n = 0; n < 2; n++) {
+		const float t = (square[n] + 1) * (RBF_CULL_GRID * .5f); /* may be not a number */
+		cell[n] = t > 0 ? t < RBF_CULL_GRID ? (int)t : RBF_CULL_GRID - 1 : 0;
+	}
+	return c->cull[(size_t)set * (RBF_CULL_GRID * RBF_CULL_GRID) + (size_t)(cell[1] * RBF_CULL_GRID + cell[0])];
+}
+
 void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const float mapped[3], float value[3])
 {
 	const rbf_component *c = site->component;
@@ -187,23 +201,13 @@ void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const
 	job.stride = c->blocks;
 	job.channels = c->channels;
 	job.group = (set->blocks + 63) / 64;
-	job.mask = ~(uint64_t)0;
 	rbf_mirror(site->vertex_op[corner], mapped, job.direction);
 	const uint32_t start = set->first - c->set[site->base[corner] * c->frames].first;
 	for (int n = 0; n < 2; n++) {
 		job.shift[n] = site->shift[corner][n] ? site->shift[corner][n] + start : NULL;
 		job.shift_weight[n] = site->shift_weight[corner][n];
 	}
-	if (c->cull && job.direction[2] > 0) {
-		float square[2];
-		rbf_square_from_direction(job.direction, square);
-		int cell[2];
-		for (int n = 0; n < 2; n++) {
-			const float t = (square[n] + 1) * (RBF_CULL_GRID * .5f); /* may be not a number */
-			cell[n] = t > 0 ? t < RBF_CULL_GRID ? (int)t : RBF_CULL_GRID - 1 : 0;
-		}
-		job.mask = c->cull[(size_t)s * (RBF_CULL_GRID * RBF_CULL_GRID) + (size_t)(cell[1] * RBF_CULL_GRID + cell[0])];
-	}
+	job.mask = rbf_site_groups(c, s, job.direction);
 	rbf_kernel_sum(&job, value);
 }
 

@@ -39,6 +39,9 @@ void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[
  * mapped[k], factor[k]: the mapped direction and value factor of each corner. */
 void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3]);
 
+/* Mask of the groups of a set's blocks that matter at a mapped direction, in the base's coordinates (model.h, culling). */
+uint64_t rbf_site_groups(const rbf_component *component, uint32_t set, const float direction[3]);
+
 /* Value of one corner's lobes in one frame at a mapped direction. */
 void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const float mapped[3], float value[3]);
 

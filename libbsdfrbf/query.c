@@ -83,39 +83,68 @@ float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const flo
 /* Width of what is seen: lobes weighted by their contribution in one direction, or by their energy over all. */
 typedef struct width { double weight, kappa; } width;
 
-static void collect(const rbf_site *site, const float *exitant, width *w)
+/* In one direction: the kernel sums the lobes' values, and as a second channel their values times kappa. */
+static void collect_there(const rbf_site *site, const float exitant[3], width *w)
 {
+	enum { CHUNK = 64 };
 	const rbf_component *c = site->component;
-	const uint32_t y = rbf_luminance(c->channels);
+	const rbf_amplitude *luminance = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
+	rbf_amplitude local[3 * CHUNK];
+	memset(local + 2 * CHUNK, 0, CHUNK * sizeof *local);
 	for (uint32_t f = 0; f < c->frames; f++) {
-		float share[3], factor[3], mapped[3][3], p[3] = {0, 0, 1};
-		if (exitant)
-			rbf_site_map(site, f, exitant, share, factor, mapped);
+		float share[3], factor[3], mapped[3][3];
+		rbf_site_map(site, f, exitant, share, factor, mapped);
 		for (uint32_t k = 0; k < site->corners; k++) {
-			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
-			if (exitant)
-				rbf_mirror(site->vertex_op[k], mapped[k], p);
-			for (uint32_t b = set->first; b < set->first + set->blocks; b++) {
-				const rbf_block *l = &c->block[b];
-				for (int i = 0; i < RBF_LANES; i++) {
-					const double amplitude = (double)(site->weight[k] * c->amplitude[(size_t)y * c->blocks + b].a[i]);
-					if (!(amplitude > 0) || !(l->k[i] > 0))
+			const uint32_t s = site->base[k] * c->frames + f;
+			const rbf_set *set = rbf_bound_set(c, s);
+			const float part = site->weight[k] * share[k] * factor[k];
+			rbf_kernel_job job = {.amplitude = local, .stride = CHUNK, .channels = 3, .group = 1};
+			if (!(part > 0) || !set->blocks)
+				continue;
+			rbf_mirror(site->vertex_op[k], mapped[k], job.direction);
+			const uint64_t groups = rbf_site_groups(c, s, job.direction);
+			const uint32_t group = (set->blocks + 63) / 64, start = set->first - c->set[site->base[k] * c->frames].first;
+			for (uint32_t from = 0; from < set->blocks; from += CHUNK) {
+				job.blocks = set->blocks - from < CHUNK ? set->blocks - from : CHUNK;
+				job.block = c->block + set->first + from;
+				job.mask = 0;
+				for (uint32_t b = 0; b < job.blocks; b++) {
+					if (!(groups >> ((from + b) / group) & 1))
 						continue;
-					double value = amplitude;
-					if (exitant) {
-						const float dx = l->x[i] - p[0], dy = l->y[i] - p[1], dz = l->z[i] - p[2];
-						const float e = .5f * l->k[i] * (dx*dx + dy*dy + dz*dz);
-						if (e > 20)
-							continue;
-						value *= (double)expf(-e);
-					} else
-						value /= (double)l->k[i];
-					w->weight += value;
-					w->kappa += value * (double)l->k[i];
+					job.mask |= (uint64_t)1 << b;
+					local[b] = luminance[set->first + from + b];
+					for (int i = 0; i < RBF_LANES; i++)
+						local[CHUNK + b].a[i] = local[b].a[i] * job.block[b].k[i];
 				}
+				for (int n = 0; n < 2; n++) {
+					job.shift[n] = site->shift[k][n] ? site->shift[k][n] + start + from : NULL;
+					job.shift_weight[n] = site->shift_weight[k][n];
+				}
+				float sum[3];
+				rbf_kernel_sum(&job, sum);
+				w->weight += (double)(part * sum[0]);
+				w->kappa += (double)(part * sum[1]);
 			}
 		}
 	}
+}
+
+static void collect_all(const rbf_site *site, width *w)
+{
+	const rbf_component *c = site->component;
+	const rbf_amplitude *luminance = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
+	for (uint32_t k = 0; k < site->corners; k++)
+		for (uint32_t f = 0; f < c->frames; f++) {
+			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
+			for (uint32_t b = set->first; b < set->first + set->blocks; b++)
+				for (int i = 0; i < RBF_LANES; i++) {
+					const float amplitude = site->weight[k] * luminance[b].a[i], kappa = c->block[b].k[i];
+					if (!(amplitude > 0) || !(kappa > 0))
+						continue;
+					w->weight += (double)(amplitude / kappa);
+					w->kappa += (double)amplitude;
+				}
+		}
 }
 
 /* A Gaussian lobe of concentration kappa is nearly constant over a disc of half its sigma, and gone beyond 1.5 sigma. */
@@ -131,7 +160,7 @@ void bsdfrbf_resolution(const bsdfrbf_model *model, const float incident[3], con
 			float folded[3];
 			rbf_site_locate(q.component, q.incident, &site);
 			rbf_site_fold(&site, q.exitant, folded);
-			collect(&site, folded, &w);
+			collect_there(&site, folded, &w);
 			cosine = fmax((double)q.exitant[2], .05);
 		}
 	} else {
@@ -141,7 +170,7 @@ void bsdfrbf_resolution(const bsdfrbf_model *model, const float incident[3], con
 		if (c) {
 			rbf_site site;
 			rbf_site_locate(c, local, &site);
-			collect(&site, NULL, &w);
+			collect_all(&site, &w);
 		}
 	}
 	const double kappa = w.weight > 0 ? fmax(w.kappa / w.weight, .5) : .5;
