@@ -188,7 +188,7 @@ rbf_get_bsdfs(float coef[SDmaxCh], const FVECT inVec, const FVECT outVec, SDComp
  * Where there is no narrow peak, the answer is more than the 1.5 minProjSA that m_bsdf.c accepts.
  */
 #define RBF_PEAK	2.5	/* radius of a peak, in sigmas */
-#define RBF_NARROW	.05	/* largest sigma of a peak, radians: more is haze, not a view */
+#define RBF_NARROW	.025	/* largest sigma of a peak, radians: more is haze, not a view */
 #define RBF_CONTRAST	.1	/* f at four sigmas, relative to the peak, must be below this */
 #define RBF_PROBES	29
 #define RBF_SUN		6.8e-5	/* solid angle of the source that a view through matters most for */

@@ -127,6 +127,7 @@ class Render(unittest.TestCase):
             files = sorted(os.listdir(os.path.join(WORK, name)))
             run(["mkrbf", "-q", *build, "-o", name + ".rbf", *(f"{name}/{f}" for f in files if f.endswith(".txt"))])
         measure("glass", .01, .80, .08)
+        measure("haze", .02, .70, .08)
         measure("sheet", .15, .60, .20, (False, True))
 
     def agrees(self, got, error, want, share, what):
@@ -154,7 +155,8 @@ class Render(unittest.TestCase):
     def test_white_furnace_through(self):
         self.furnace("glass.rbf", "BSDF", thetas=(0, 30, 60, 75))
         self.furnace("glass.rbf", "aBSDF", .01, thetas=(0, 30, 60, 75))
-        self.furnace("redirect.rbf", "aBSDF", .02)
+        self.furnace("haze.rbf", "aBSDF", .01, thetas=(0, 60))
+        self.furnace("redirect.rbf", "aBSDF")  # its straight beam of 1.8 degrees is no view through
 
     def test_back(self):
         """A side that was measured, and one that was not and is served by reciprocity."""
