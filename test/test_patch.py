@@ -138,7 +138,8 @@ class PatchTest(unittest.TestCase):
                 if b"bsdfrbf: end" in line:
                     inside = False
             self.assertEqual(b"".join(lines), before[path][0], path)
-        new = {os.path.join(folder, name) for name in ("bsdf_rbf.c", "bsdf_rbf.h", "bsdfrbf.h")}
+        new = {os.path.join(folder, name) for name in (
+            "bsdf_rbf.c", "bsdf_rbf_through.c", "bsdf_rbf.h", "bsdf_rbf_part.h", "bsdfrbf.h")}
         self.assertEqual(set(after) - set(before), new)
         self.assertEqual(patch("apply", root).returncode, 0)
         self.assertEqual(after, snapshot(root), "applying twice is the same as once, and rewrites nothing")

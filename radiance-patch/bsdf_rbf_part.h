@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What bsdf_rbf.c and bsdf_rbf_through.c share: files of libbsdfrbf and their components. */
+#ifndef BSDF_RBF_PART_H
+#define BSDF_RBF_PART_H
+#include "bsdfrbf.h"
+
+#define RBF_THETAS	16	/* cells of the table of through peaks */
+#define RBF_PHIS	24
+
+/* One file: the components share its model, and the last one to go closes it. */
+typedef struct {
+	bsdfrbf_model	*model;
+	int		users;
+	int		channels;	/* 1 or 3 */
+	int		any_through;
+	float		through[2][RBF_THETAS][RBF_PHIS];	/* see rbf_find_through(); 0: no peak; [1]: front */
+} RBFfile;
+
+/* What SDComponent.dist points to. */
+typedef struct {
+	RBFfile		*file;
+	int		front;		/* incident side, for reflection */
+	int		transmit;
+	double		probe;		/* SDSpectralDF.minProjSA, from which m_bsdf.c spaces its probes */
+	double		diffuse[2];	/* Lambertian f (luminance) for incidence from the back, front */
+	RREAL		seen[3];	/* incidence that the rest belongs to */
+	double		peak_f, peak_psa;	/* probes of the peak: smallest f, answer for each */
+	double		surround_f[2], surround_psa[2];	/* the two probes that stand for the surround */
+} RBFpart;
+
+/* Fills file->through. */
+extern void	rbf_find_through(RBFfile *file);
+
+/* Area of the through peak at incidence v, 0 if there is none. */
+extern double	rbf_through(const RBFfile *file, const RREAL *v);
+
+/* Answer of queryProjSA for v2 near -v1; smallest: that of the library. */
+extern double	rbf_through_psa(RBFpart *part, const RREAL *v1, const RREAL *v2, double smallest);
+
+#endif
