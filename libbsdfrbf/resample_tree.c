@@ -130,6 +130,13 @@ static void make_page(worker *w, uint32_t x, uint32_t y, rbf_tree_item *item, do
 	}
 	for (size_t i = 0; i < cells; i++)
 		item[i].child = RBF_TREE_LEAF;
+	/* Where Radiance's reader takes a diffuse part out of a coloured tree of rank 3, it loses the colour (bsdf_t.c: the unused
+	 * half leaves the new u' and v' trees incomplete). One dark cell, at grazing incidence and exitance, keeps it from that. */
+	if (j->inputs == 1 && c->channels == 3 && x == 0) {
+		for (int k = 0; k < 3; k++)
+			item[0].value[k] *= .001f;
+		item[0].error = RBF_TREE_KEEP;
+	}
 }
 
 static int may_go_on(job *j)

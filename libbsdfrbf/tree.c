@@ -104,7 +104,7 @@ static void count(const rbf_tree *t, const rbf_tree_item *item, float limit, dou
 {
 	if (is_leaf(item, limit)) {
 		*leaves += 1;
-		*error += volume * (double)item->error;
+		*error += item->error < RBF_TREE_KEEP ? volume * (double)item->error : 0;
 		return;
 	}
 	const uint32_t children = 4u << t->inputs;

@@ -13,6 +13,8 @@
 #define RBF_TREE_LEAF 0xffffffffu   /* child: none */
 #define RBF_TREE_GROUP 0x0fffffffu  /* child: number of its group of children; the four bits above mirror the dimensions */
 
+#define RBF_TREE_KEEP 1e9f          /* error of an item that is not to be joined with others */
+
 typedef struct rbf_tree_item {
 	float value[3];  /* mean */
 	float error;     /* mean over the cells below of |value - mean|, as a share of the mean value of their incidence */

@@ -247,6 +247,31 @@ class Resample(unittest.TestCase):
         self.assertGreater(ours, .4)
         self.assertLess(abs(theirs / ours - 1), .01)
 
+    @NEEDS_READER
+    def test_colour(self):
+        def value(channel):
+            def f(i, o):
+                return (.05, .05, .055)[channel] + (.39, .3, .09)[channel] * math.exp(20 * (i[2] * o[2] - i[0] * o[0] - i[1] * o[1] - 1))
+            return f
+        files = []
+        for theta in 0, 25, 50:
+            path = os.path.join(self.folder.name, f"colour{theta}.dat")
+            files.append(path)
+            with open(path, "w") as out:
+                out.write(f"#format theta phi BSDF\n#colorimetry CIE-XYZ\n#upphi 90\n#intheta {theta}\n#inphi 0\n")
+                for d in spread(400):
+                    out.write("%.4f %.4f %.6f %.6f %.6f\n" % (*d, *(value(c)(vector(theta, 0), vector(*d)) for c in range(3))))
+        rbf = os.path.join(self.folder.name, "colour.rbf")
+        run("mkrbf", "-q", "-o", rbf, *files)
+        for program, limit in ("rbf2ttree", .02), ("rbf2klems", .05):  # a patch mixes the beam with what is around it
+            xml = rbf + program + ".xml"
+            run(program, "-o", xml, rbf)
+            for a, b in ((30, 0), (30, 180)), ((20, 0), (5, 180)), ((45, 10), (20, 100)):
+                theirs = reader.query(load(xml), *a, *b)
+                ours = [float(x) for x in run("rbfquery", "-c", rbf, stdin=" ".join(map(str, vector(*a) + vector(*b))).encode()).split()]
+                for x, y in zip(theirs, ours):
+                    self.assertLess(abs(x / sum(theirs) - y / sum(ours)), limit, (program, a, b))
+
     def test_klems_energy(self):
         """Columns add up to the mean DHR of the patch: here, over a fan of directions of it."""
         for (name, front_in, front_out, _, direction), block in zip(COMPONENTS, blocks(self.text(self.klems))):
