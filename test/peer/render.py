@@ -51,7 +51,7 @@ sample sphere ball
 def picture_seconds(build, folder, record, transmits, size=200, samples=16):
     """Wall seconds of rpict for `record`, a .rbf or .xml file."""
     binaries = os.path.join(build, 'radiance', 'bin')
-    env = dict(os.environ, PATH=binaries + ':' + os.environ.get('PATH', ''), RAYPATH='.:' + folder)
+    env = dict(os.environ, PATH=binaries + ':' + os.environ.get('PATH', ''), RAYPATH=':'.join(('.', folder, os.path.join(build, 'radiance', 'lib'))))
     stem = os.path.join(folder, 'render_' + record.rsplit('.', 1)[1])
     with open(stem + '.rad', 'w') as f:
         f.write(SCENE.format(file=record, side=-1 if transmits else 1, sphere='' if transmits else SPHERE))
