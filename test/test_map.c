@@ -62,7 +62,7 @@ static void there_and_back(void **state)
 		int tried = 0;
 		for (int n = 0; n < 5000; n++) {
 			rbf_warp warp;
-			float i[3], k[3], o[3], p[3], back[3];
+			float i[3], k[3], o[3], p[3], back[3] = {0, 0, 0};
 			random_direction(&seed, .02f, i);
 			random_near(&seed, i, .4, k);
 			random_direction(&seed, .02f, o);
@@ -139,7 +139,7 @@ static void bound_holds(void **state)
 	for (unsigned map = 0; map < RBF_MAPS; map++)
 		for (int n = 0; n < 20000; n++) {
 			rbf_warp warp;
-			float i[3], k[3], c[3], p[3], o[3], gain, slant;
+			float i[3], k[3], c[3], p[3], o[3] = {0, 0, 0}, gain, slant;
 			random_direction(&seed, .01f, i);
 			random_near(&seed, i, .3, k);
 			random_direction(&seed, 0, c);
