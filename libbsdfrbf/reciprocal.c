@@ -34,48 +34,48 @@ static void value_at(const rbf_component *c, const float exitant[3], float x, fl
 	rbf_site_eval(&site, exitant, value);
 }
 
-/* A cell is split while its energy is a large share of the whole, largest first by levels. */
+/* Takes the value in the middle of the cell; returns its energy. */
+static double measure(const rbf_component *c, const float exitant[3], rbf_reciprocal *t, uint32_t n)
+{
+	const float half = t->cell[n].size / 2;
+	value_at(c, exitant, t->cell[n].x + half, t->cell[n].y + half, t->cell[n].value);
+	t->cell[n].energy = t->cell[n].value[rbf_luminance(c->channels)] * t->cell[n].size * t->cell[n].size;
+	return (double)t->cell[n].energy;
+}
+
+/* A cell is split while its energy is a large share of the whole, level by level. */
 void rbf_reciprocal_make(const rbf_component *c, const float exitant[3], rbf_reciprocal *t)
 {
-	const uint32_t y = rbf_luminance(c->channels);
-	float value[3];
-	double total = 0;
+	double total = 0, running = 0;
 	t->cells = 0;
 	memset(t->dhr, 0, sizeof t->dhr);
 	for (int j = 0; j < START; j++)
 		for (int i = 0; i < START; i++) {
-			value_at(c, exitant, (i + .5f) / START, (j + .5f) / START, value);
 			t->cell[t->cells].x = (float)i / START;
 			t->cell[t->cells].y = (float)j / START;
 			t->cell[t->cells].size = 1.f / START;
-			t->cell[t->cells].energy = value[y] / (START * START);
-			total += (double)t->cell[t->cells++].energy;
+			total += measure(c, exitant, t, t->cells++);
 		}
 	for (int level = 0; level < DEPTH && total > 0; level++) {
-		/* what is left of the room is shared among the levels */
 		const uint32_t end = t->cells;
 		const double limit = total / (double)(RBF_RECIPROCAL_CELLS / 4);
 		for (uint32_t n = 0; n < end && t->cells + 3 <= RBF_RECIPROCAL_CELLS; n++) {
 			if ((double)t->cell[n].energy < limit)
 				continue;
-			const float size = t->cell[n].size / 2, x = t->cell[n].x, yy = t->cell[n].y;
+			const float size = t->cell[n].size / 2, x = t->cell[n].x, y = t->cell[n].y;
 			total -= (double)t->cell[n].energy;
 			for (int q = 0; q < 4; q++) {
 				const uint32_t at = q ? t->cells++ : n;
 				t->cell[at].x = x + (float)(q & 1) * size;
-				t->cell[at].y = yy + (float)(q >> 1) * size;
+				t->cell[at].y = y + (float)(q >> 1) * size;
 				t->cell[at].size = size;
-				value_at(c, exitant, t->cell[at].x + size / 2, t->cell[at].y + size / 2, value);
-				t->cell[at].energy = value[y] * size * size;
-				total += (double)t->cell[at].energy;
+				total += measure(c, exitant, t, at);
 			}
 		}
 	}
-	double running = 0;
 	for (uint32_t n = 0; n < t->cells; n++) {
-		value_at(c, exitant, t->cell[n].x + t->cell[n].size / 2, t->cell[n].y + t->cell[n].size / 2, value);
 		for (uint32_t k = 0; k < c->channels; k++)
-			t->dhr[k] += RBF_PI * (double)(value[k] * t->cell[n].size * t->cell[n].size);
+			t->dhr[k] += RBF_PI * (double)(t->cell[n].value[k] * t->cell[n].size * t->cell[n].size);
 		t->cell[n].energy = (float)(running += (double)t->cell[n].energy);
 	}
 }
