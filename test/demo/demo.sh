@@ -58,11 +58,16 @@ scene() {
 	done
 }
 
+# A small picture first: what it finds of the indirect light is there from the first line of the large one on, which
+# spares visible seams.
 render() {
 	local kind=$1
+	local options=(-t 30 -vf "$here/room.vf" -ps 1 -dj 0 -ds .1 -ab 2 -ad 2048 -as 512 -aa .15 -ar 128
+		-ss 4 -st .01 -lr 6 -lw 5e-4 -af "$kind.amb")
+	rm -f "$kind.amb"
 	"$build/radiance/bin/oconv" "$kind.rad" "$here/outside.rad" "$here/room.rad" >"$kind.oct"
-	"$build/radiance/bin/rpict" -t 30 -vf "$here/room.vf" -x "$width" -y "$height" -ps 1 -dj .5 -ds .1 \
-		-ab 2 -ad 2048 -as 512 -aa .15 -ar 128 -ss 4 -st .01 -lr 6 -lw 5e-4 "$kind.oct" >"$kind.tmp"
+	"$build/radiance/bin/rpict" "${options[@]}" -x $((width / 6)) -y $((height / 6)) "$kind.oct" >/dev/null
+	"$build/radiance/bin/rpict" "${options[@]}" -x "$width" -y "$height" "$kind.oct" >"$kind.tmp"
 	mv "$kind.tmp" "$kind.hdr"
 }
 
