@@ -17,7 +17,7 @@ static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
 static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
-static const double RIDGE = 1e-5;
+static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
 static const double WEIGHT_FLOOR = 1e-3;
 static const double CUT = 5;            /* sigmas beyond which a lobe is left out of the equations: exp(-12.5) */
@@ -231,7 +231,9 @@ static int place(work *k, uint32_t lobes, const float *y)
 	for (size_t i = 0; i < k->n; i++)
 		top = fmaxf(top, k->smooth[i]);
 	for (size_t i = 0; i < k->n && top > 0; i++) {
-		k->spacing[i] = powf(fmaxf(k->smooth[i] / top, (float)FLOOR), (float)DENSITY); /* 1 / s */
+		/* 1 / s; by f rather than DSF, if not wholly: near the horizon f is large where the DSF ends */
+		const float signal = k->smooth[i] / top / sqrtf(fmaxf(k->w[i][2], .02f));
+		k->spacing[i] = powf(fmaxf(signal, (float)FLOOR), (float)DENSITY);
 		k->nearest[i] = 1e30f;
 		if (k->spacing[i] > k->spacing[next])
 			next = i;
@@ -344,7 +346,8 @@ static int equations(work *k, int channels)
 	for (size_t j = 0; j < m; j++)
 		mean += k->gram[j * m + j] / (double)m;
 	for (size_t j = 0; j < m; j++) {
-		k->gram[j * m + j] += RIDGE * mean;
+		/* never much of a lobe's own weight: narrow lobes on a peak would be shrunk */
+		k->gram[j * m + j] += fmin(RIDGE * mean, RIDGE_MOST * k->gram[j * m + j]);
 		for (size_t i = 0; i < j; i++)
 			k->gram[j * m + i] = k->gram[i * m + j];
 	}
