@@ -203,7 +203,7 @@ static void stratified_numbers(void **state)
 			}
 		const double ratio = pow(product, 1. / 9);
 		print_message("%s: variance of stratified over random numbers %.2f\n", fixture_plan[m].material, ratio);
-		assert_true(ratio < .9);
+		assert_true(ratio < .95); /* draws that are rejected fall back on random numbers: film has most */
 	}
 }
 
