@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "sample.h"
 #include "bounds.h"
 #include "exitant.h"
 #include "kernel.h"
@@ -35,20 +36,8 @@ void rbf_exitant_end(rbf_exitant *e)
 /* Where a lobe of a corner is seen from the site, not folded. Returns the factor of its value, 0 if nowhere. */
 static float place(const rbf_site *site, uint32_t corner, uint32_t frame, uint32_t block, int lane, float exitant[3])
 {
-	const rbf_component *c = site->component;
-	const rbf_block *b = &c->block[block];
-	const uint32_t at = block - c->set[site->base[corner] * c->frames].first;
-	float centre[3] = {b->x[lane], b->y[lane], b->z[lane]}, p[3], folded[3];
-	for (int n = 0; n < 2; n++)
-		if (site->shift[corner][n]) {
-			const rbf_shift *s = &site->shift[corner][n][at];
-			const float w = site->shift_weight[corner][n];
-			centre[0] += w * s->x[lane];
-			centre[1] += w * s->y[lane];
-			centre[2] += w * s->z[lane];
-		}
-	if (!(rbf_normalize(centre) > 0))
-		return 0;
+	float centre[3], p[3], folded[3];
+	rbf_site_centre(site, corner, block, (uint32_t)lane, centre);
 	centre[2] = fmaxf(centre[2], .02f); /* a lobe from below the horizon still shows above it */
 	rbf_mirror(site->vertex_op[corner], centre, p);
 	const float factor = rbf_warp_inverse(&site->warp[corner][frame], p, folded);

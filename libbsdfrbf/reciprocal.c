@@ -1,35 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "reciprocal.h"
 #include "sample.h"
+#include "shirley_chiu.h"
 
 #include <string.h>
 
 enum { START = 16, DEPTH = 5 };
 
-/* Shirley and Chiu 1997: equal areas of the square are equal projected solid angles. */
-static void direction(float x, float y, float d[3])
-{
-	const float a = 2*x - 1, b = 2*y - 1;
-	float r = 0, phi = 0;
-	if (a != 0 || b != 0) {
-		if (fabsf(a) >= fabsf(b)) {
-			r = a;
-			phi = (float)(RBF_PI / 4) * (b / a);
-		} else {
-			r = b;
-			phi = (float)(RBF_PI / 2) - (float)(RBF_PI / 4) * (a / b);
-		}
-	}
-	d[0] = r * cosf(phi);
-	d[1] = r * sinf(phi);
-	d[2] = sqrtf(fmaxf(1 - r*r, 1e-8f));
-}
-
 static void value_at(const rbf_component *c, const float exitant[3], float x, float y, float value[3])
 {
 	float d[3];
 	rbf_site site;
-	direction(x, y, d);
+	rbf_direction_from_cell((double)x, (double)y, d);
 	rbf_site_locate(c, d, &site);
 	rbf_site_eval(&site, exitant, value);
 }
@@ -98,6 +80,7 @@ int rbf_reciprocal_sample(const rbf_reciprocal *t, double u, float incident[3])
 	const double from = low ? (double)t->cell[low - 1].energy : 0, step = (double)t->cell[low].energy - from;
 	double a, b;
 	rbf_split_number(step > 0 ? fmin(fmax((u - from) / step, 0), 1 - 0x1p-53) : .5, &a, &b);
-	direction(t->cell[low].x + (float)a * t->cell[low].size, t->cell[low].y + (float)b * t->cell[low].size, incident);
+	rbf_direction_from_cell((double)t->cell[low].x + a * (double)t->cell[low].size, (double)t->cell[low].y + b * (double)t->cell[low].size,
+		incident);
 	return 1;
 }

@@ -36,8 +36,7 @@ void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, floa
 	}
 }
 
-/* Centre of a lobe with the site's residual motion. */
-static void moved_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
+void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
 {
 	const rbf_component *c = site->component;
 	const rbf_block *b = &c->block[block];
@@ -174,7 +173,7 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 			rbf_split_number(u, &a, &b);
 		if (kappa > 0) {
 			float centre[3], drawn[3], folded[3];
-			moved_centre(site, k, block, lane, centre);
+			rbf_site_centre(site, k, block, lane, centre);
 			rbf_lobe_draw(centre, kappa, a, b, drawn);
 			const float value = carry(site, k, frame, drawn, folded);
 			const float *reach = c->reach + (size_t)block * RBF_LANES + lane;
@@ -242,7 +241,7 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 				if (!(kappa > 0))
 					continue;
 				float centre[3];
-				moved_centre(site, k, block, lane, centre);
+				rbf_site_centre(site, k, block, lane, centre);
 				/* clear of the horizon, where shares are even and nothing is lost */
 				const int inside = (fixed || c->reach[(size_t)block * RBF_LANES + lane] == 1)
 					&& acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + SPREAD / sqrtf(kappa) + turn < 1.56f;

@@ -14,6 +14,9 @@ void rbf_split_number(double u, double *a, double *b);
 /* DHR of the scattered part by quadrature over the lobes, per channel. */
 void rbf_site_dhr(const rbf_site *site, double value[3]);
 
+/* Centre of a corner's lobe with the site's residual motion, in the base's coordinates. */
+void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3]);
+
 /* Direction from a lobe exp(kappa (cos - 1)), kappa > 0, by two numbers of [0, 1); may lie below the horizon. */
 void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3]);
 
