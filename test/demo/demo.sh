@@ -44,7 +44,7 @@ stock_xml() {
 	if [ -s "stock/$name.xml" ] && [ "$(cat "stock/$name.sum")" = "$sum" ]; then return; fi
 	rm -f "stock/$name".*
 	RAYPATH=$stock/lib "$stock/bin/pabopto2bsdf" -n 1 "$name"/*.txt >"stock/$name.sir" 2>"stock/$name.log" &&
-		RAYPATH=$stock/lib "$stock/bin/bsdf2ttree" -g "${resolution[$name]}" "stock/$name.sir" >"stock/$name.tmp" \
+		RAYPATH=$stock/lib PATH=$stock/bin:$PATH "$stock/bin/bsdf2ttree" -g "${resolution[$name]}" "stock/$name.sir" >"stock/$name.tmp" \
 			2>>"stock/$name.log" || { tail -c 2000 "stock/$name.log" >&2; return 1; }
 	mv "stock/$name.tmp" "stock/$name.xml"
 	echo "$sum" >"stock/$name.sum"
