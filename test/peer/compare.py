@@ -119,7 +119,8 @@ class Comparison:
             return
         sir, row['sir_build_s'], row['sir_build_cpu_s'], fresh = made
         row['peer'], row['sir_bytes'] = 'same run' if fresh else 'kept', os.path.getsize(sir)
-        row['build_ratio'] = row['sir_build_s'] / row['build_s']
+        if fresh:  # waiting on a busy machine cannot be scaled, work can
+            row['build_ratio'] = row['sir_build_s'] / row['build_s']
         row['build_cpu_ratio'] = row['sir_build_cpu_s'] / row['build_cpu_s']
         answers = self.stock.query_sir(sir, folder, channels)
         if answers:
