@@ -16,7 +16,6 @@ static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 enum { FIT_TRIALS = 8, FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float LOBES_GAIN = .95f, LOBES_SAME = 1.03f;
-static const char *const component_name[4] = {"rf", "rb", "tf", "tb"};
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
 {
@@ -427,7 +426,7 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 		if (!data->component[i].count)
 			continue;
 		job j = {0};
-		const bsdfrbf_status status = build_component(context, &data->component[i], component_name[i], data->channels, o,
+		const bsdfrbf_status status = build_component(context, &data->component[i], rbf_component_name(i), data->channels, o,
 			(double)done / components, (double)(done + 1) / components, &j, &model->component[i]);
 		job_free(&j);
 		RBF_TRY(status);

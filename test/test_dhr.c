@@ -15,7 +15,7 @@ static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
 enum { INCIDENCES = sizeof theta_deg / sizeof *theta_deg };
 static const double TYPICAL = .005;  /* mean over all incidences of a model, and four in five of them */
 static const double WORST = .03;     /* where the table's grid crosses an edge of the mesh, and DHR has a kink */
-static const double SWAPPED = .06;   /* by reciprocity: a table of at most 4096 cells, one value each */
+static const double SWAPPED = .06;   /* by reciprocity: a table of at most 1536 cells, one value each */
 
 static bsdfrbf_model *model[FIXTURES];
 
