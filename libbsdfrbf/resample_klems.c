@@ -197,10 +197,15 @@ static void write_basis(rbf_xml *xml, const rbf_klems *b)
 {
 	rbf_xml_put(xml, "\t<DataDefinition>\n\t\t<IncidentDataStructure>Columns</IncidentDataStructure>\n\t\t<AngleBasis>\n"
 		"\t\t\t<AngleBasisName>%s</AngleBasisName>\n", b->name);
-	for (int r = 0; r < b->rings; r++)
-		rbf_xml_put(xml, "\t\t\t<AngleBasisBlock>\n\t\t\t\t<Theta>%g</Theta>\n\t\t\t\t<nPhis>%d</nPhis>\n\t\t\t\t<ThetaBounds>\n"
-			"\t\t\t\t\t<LowerTheta>%g</LowerTheta>\n\t\t\t\t\t<UpperTheta>%g</UpperTheta>\n\t\t\t\t</ThetaBounds>\n\t\t\t</AngleBasisBlock>\n",
-			r ? (b->theta[r] + b->theta[r + 1]) / 2 : 0, b->count[r], b->theta[r], b->theta[r + 1]);
+	for (int r = 0; r < b->rings; r++) {
+		rbf_xml_put(xml, "\t\t\t<AngleBasisBlock>\n\t\t\t\t<Theta>");
+		rbf_xml_number(xml, r ? (b->theta[r] + b->theta[r + 1]) / 2 : 0);
+		rbf_xml_put(xml, "</Theta>\n\t\t\t\t<nPhis>%d</nPhis>\n\t\t\t\t<ThetaBounds>\n\t\t\t\t\t<LowerTheta>", b->count[r]);
+		rbf_xml_number(xml, b->theta[r]);
+		rbf_xml_put(xml, "</LowerTheta>\n\t\t\t\t\t<UpperTheta>");
+		rbf_xml_number(xml, b->theta[r + 1]);
+		rbf_xml_put(xml, "</UpperTheta>\n\t\t\t\t</ThetaBounds>\n\t\t\t</AngleBasisBlock>\n");
+	}
 	rbf_xml_put(xml, "\t\t</AngleBasis>\n\t</DataDefinition>\n");
 }
 

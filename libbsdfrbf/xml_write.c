@@ -56,17 +56,44 @@ void rbf_xml_put(rbf_xml *xml, const char *format, ...)
 
 void rbf_xml_number(rbf_xml *xml, double value)
 {
-	char text[32];
-	const int bytes = snprintf(text, sizeof text, "%.6g", value);
-	append(xml, text, (size_t)bytes);
+	char text[48];
+	int to = 0;
+	snprintf(text, sizeof text, "%.6g", value);
+	/* the host's locale may have put something else where the point belongs, of one byte or more */
+	for (int from = 0; text[from]; from++)
+		if (strchr("+-0123456789einfa", text[from]))
+			text[to++] = text[from];
+		else if (!to || text[to - 1] != '.')
+			text[to++] = '.';
+	append(xml, text, (size_t)to);
 }
 
-/* Text as content of an element, or of a comment: there two hyphens must not meet. */
+/* Bytes of the character at `text` if it is valid UTF-8 beyond ASCII (RFC 3629) and XML allows it, else 0. */
+static size_t wide_character(const char *text)
+{
+	const unsigned char *c = (const unsigned char *)text;
+	const size_t bytes = *c >= 0xc2 && *c < 0xe0 ? 2 : *c >= 0xe0 && *c < 0xf0 ? 3 : *c >= 0xf0 && *c < 0xf5 ? 4 : 0;
+	for (size_t i = 1; i < bytes; i++)
+		if ((c[i] & 0xc0) != 0x80)
+			return 0;
+	/* overlong forms, surrogates, beyond Unicode, U+FFFE and U+FFFF */
+	if ((*c == 0xe0 && c[1] < 0xa0) || (*c == 0xed && c[1] >= 0xa0) || (*c == 0xf0 && c[1] < 0x90) || (*c == 0xf4 && c[1] >= 0x90)
+			|| (*c == 0xef && c[1] == 0xbf && c[2] >= 0xbe))
+		return 0;
+	return bytes;
+}
+
+/* Text as content of an element, or of a comment: there two hyphens must not meet. What is not UTF-8, such as the Latin-1
+ * of an old instrument, becomes '?': a parser would refuse the file for it. */
 static void escaped(rbf_xml *xml, const char *text, int comment)
 {
 	for (; *text; text++) {
 		const unsigned char c = (unsigned char)*text;
-		if (comment) {
+		if (c >= 0x80) {
+			const size_t bytes = wide_character(text);
+			append(xml, bytes ? text : "?", bytes ? bytes : 1);
+			text += bytes ? bytes - 1 : 0;
+		} else if (comment) {
 			if (c == '-' && text[1] == '-')
 				append(xml, "- ", 2);
 			else
@@ -91,8 +118,11 @@ static void element(rbf_xml *xml, const char *name, const char *text)
 
 static void length(rbf_xml *xml, const char *name, double value)
 {
-	if (value > 0)
-		rbf_xml_put(xml, "\t\t<%s unit=\"Meter\">%.6g</%s>\n", name, value, name);
+	if (value > 0) {
+		rbf_xml_put(xml, "\t\t<%s unit=\"Meter\">", name);
+		rbf_xml_number(xml, value);
+		rbf_xml_put(xml, "</%s>\n", name);
+	}
 }
 
 void rbf_xml_head(rbf_xml *xml, const bsdfrbf_model *model, const bsdfrbf_resample_options *options, const char *facts)

@@ -21,7 +21,7 @@ bsdfrbf_status rbf_xml_begin(bsdfrbf_context *context, const bsdfrbf_resample_op
 bsdfrbf_status rbf_xml_finish(rbf_xml *xml);
 
 void rbf_xml_put(rbf_xml *xml, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* A number with six digits. */
+/* A number with six digits and a decimal point, whatever the host's locale is. rbf_xml_put() must not be given any but whole ones. */
 void rbf_xml_number(rbf_xml *xml, double value);
 
 /* From the XML declaration to the end of <Material> and <Geometry>; `facts`: lines for the comment, may be "". */

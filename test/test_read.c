@@ -7,7 +7,6 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-#include <locale.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -290,18 +289,6 @@ static void numbers(void **state)
 	(void)state;
 }
 
-static void locale_with_decimal_comma(void **state)
-{
-	fixture *f = *state;
-	if (!setlocale(LC_ALL, "de_DE.UTF-8") && !setlocale(LC_ALL, "fr_FR.UTF-8") && !setlocale(LC_ALL, "de_DE")) {
-		print_message("no locale with a decimal comma here\n");
-		skip();
-	}
-	accept(f, "#format: theta phi DSF\n#incident_angle 30.5 0\n10.25 0.5 1.75\n");
-	setlocale(LC_ALL, "C");
-	assert_true(only(f, BSDFRBF_RF)->dsf[0] == 1.75f);
-}
-
 static void odd_but_allowed(void **state)
 {
 	fixture *f = *state;
@@ -449,7 +436,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {TEST(plain), TEST(up_is_phi_zero_by_default), TEST(header_spellings),
 		TEST(comments_and_empty_lines_between_rows), TEST(line_ends_and_blanks), TEST(both_sides_in_one_file),
 		TEST(all_four_components), TEST(files_of_one_incidence_merge), TEST(normal_incidence_has_no_azimuth), TEST(colour),
-		TEST(phi_column_first), TEST(long_lines_and_names), TEST(numbers), TEST(locale_with_decimal_comma),
+		TEST(phi_column_first), TEST(long_lines_and_names), TEST(numbers),
 		TEST(odd_but_allowed), TEST(refusals), TEST(nul_bytes), TEST(files_that_cannot_be_read), TEST(memory_samples),
 		TEST(check_before_building), TEST(many_files)};
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The recorded file: what is written comes back, and nothing damaged or hostile does any harm. */
 #include "bounds.h"
-#include "record.h"
+#include "image.h"
 #include "synthetic.h"
 
 #include <fcntl.h>
@@ -40,12 +40,6 @@ static int remove_path(void **state)
 	return unlink(path) != 0;
 }
 
-/* A file in memory, to be damaged. */
-typedef struct image {
-	char *at;
-	size_t bytes;
-} image;
-
 static image read_image(void)
 {
 	struct stat info;
@@ -64,35 +58,6 @@ static void write_image(const image *file)
 	assert_non_null(f);
 	assert_int_equal(fwrite(file->at, 1, file->bytes, f), file->bytes);
 	assert_int_equal(fclose(f), 0);
-}
-
-static rbf_record_header *header_of(const image *file)
-{
-	return (rbf_record_header *)file->at;
-}
-
-static rbf_record_section *section_of(const image *file, uint32_t kind)
-{
-	rbf_record_section *s = (rbf_record_section *)(header_of(file) + 1);
-	for (uint32_t i = 0; i < header_of(file)->sections; i++)
-		if (s[i].kind == kind)
-			return s + i;
-	return NULL;
-}
-
-/* Makes all checksums right again, as somebody does who means harm. */
-static void seal(const image *file)
-{
-	rbf_record_header *h = header_of(file);
-	rbf_record_section *s = (rbf_record_section *)(h + 1);
-	const size_t sections = h->sections;
-	if (sections <= (file->bytes - sizeof *h) / sizeof *s) {
-		for (size_t i = 0; i < sections; i++)
-			if (s[i].offset <= file->bytes && s[i].bytes <= file->bytes - s[i].offset)
-				s[i].checksum = rbf_record_checksum(file->at + s[i].offset, (size_t)s[i].bytes);
-		h->directory_checksum = rbf_record_checksum(s, sections * sizeof *s);
-	}
-	h->checksum = rbf_record_checksum(h, offsetof(rbf_record_header, checksum));
 }
 
 static image small_image(const synthetic *want)
@@ -290,7 +255,7 @@ static void test_flipped(void **state)
 {
 	image file = small_image(&synthetic_small);
 	const int f = open(path, O_WRONLY | O_CLOEXEC);
-	const size_t structure = section_of(&file, 16)->offset + 64;
+	const size_t structure = image_section(&file, 16)->offset + 64;
 	for (size_t i = 0; i < file.bytes; i++)
 		for (unsigned bit = 0; bit < 9; bit++) {
 			const char flipped = (char)(file.at[i] ^ (bit < 8 ? 1 << bit : 0xff));
@@ -312,7 +277,7 @@ static void test_hostile_numbers(void **state)
 {
 	static const uint32_t evil[] = {0, 1, 2, 7, 63, 64, 65, 0x7fffffff, 0x80000000, 0xffffffff, 0xffffffc0, 0x7fc00000};
 	const image file = small_image(&synthetic_small);
-	const size_t cells = section_of(&file, 16)->offset + 64, behind_cells = section_of(&file, 17)->offset - 64;
+	const size_t cells = image_section(&file, 16)->offset + 64, behind_cells = image_section(&file, 17)->offset - 64;
 	int accepted = 0;
 	for (size_t at = 0; at < file.bytes; at += 4) {
 		if (at > cells && at < behind_cells && at % 256) /* not each of the 4097 cells */
@@ -321,7 +286,7 @@ static void test_hostile_numbers(void **state)
 			image copy = {malloc(file.bytes), file.bytes};
 			memcpy(copy.at, file.at, file.bytes);
 			memcpy(copy.at + at, evil + k, 4);
-			seal(&copy);
+			image_seal(&copy);
 			write_image(&copy);
 			accepted += open_and_walk(*state, UINT64_MAX) == BSDFRBF_OK;
 			open_and_walk(*state, 0);
@@ -337,7 +302,7 @@ static void test_mutated(void **state)
 {
 	const image file = small_image(&(synthetic){3, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 3, 1});
 	uint64_t seed = 11;
-	const size_t start = section_of(&file, 16)->offset;
+	const size_t start = image_section(&file, 16)->offset;
 	for (int round = 0; round < (SANITIZED ? 4000 : 20000); round++) {
 		image copy = {malloc(file.bytes), file.bytes};
 		memcpy(copy.at, file.at, file.bytes);
@@ -348,7 +313,7 @@ static void test_mutated(void **state)
 			const uint32_t value = synthetic_random(&seed) >> synthetic_random(&seed) % 31;
 			memcpy(copy.at + (at & ~(size_t)3), &value, synthetic_random(&seed) % 4 + 1);
 		}
-		seal(&copy);
+		image_seal(&copy);
 		write_image(&copy);
 		open_and_walk(*state, round % 2 ? UINT64_MAX : 0);
 		free(copy.at);
@@ -358,7 +323,7 @@ static void test_mutated(void **state)
 
 static void expect(bsdfrbf_context *context, const image *file, bsdfrbf_status status, const char *words)
 {
-	seal(file);
+	image_seal(file);
 	write_image(file);
 	assert_int_equal(open_and_walk(context, UINT64_MAX), status);
 	if (!strstr(bsdfrbf_message(context), words))
@@ -368,7 +333,7 @@ static void expect(bsdfrbf_context *context, const image *file, bsdfrbf_status s
 static void test_versions(void **state)
 {
 	const image file = small_image(&synthetic_small);
-	rbf_record_header *h = header_of(&file);
+	rbf_record_header *h = image_header(&file);
 	h->major = 2;
 	expect(*state, &file, BSDFRBF_ERR_VERSION, "version 2.0");
 	h->major = 1;
@@ -391,7 +356,7 @@ static void test_versions(void **state)
 static void test_sections(void **state)
 {
 	const image file = small_image(&synthetic_small);
-	rbf_record_section *s = section_of(&file, RBF_RECORD_TEXT);
+	rbf_record_section *s = image_section(&file, RBF_RECORD_TEXT);
 	s->kind = 4000; /* one that this reader does not know */
 	expect(*state, &file, BSDFRBF_OK, "");
 	s->component = 77;
@@ -401,7 +366,7 @@ static void test_sections(void **state)
 	s->flags = RBF_RECORD_MUST;
 	expect(*state, &file, BSDFRBF_ERR_VERSION, "kind 4000");
 	s->flags = 0;
-	s = section_of(&file, 26);
+	s = image_section(&file, 26);
 	s->flags = RBF_RECORD_MUST | 2; /* say, compressed */
 	expect(*state, &file, BSDFRBF_ERR_VERSION, "lobes");
 	s->flags = RBF_RECORD_MUST;

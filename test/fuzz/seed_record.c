@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Writes small .rbf files for the fuzzer to start from: seed_record FOLDER. */
+#include "../synthetic.h"
+#include "bsdfrbf.h"
+
+#include <stdio.h>
+
+int main(int argc, char **argv)
+{
+	static const synthetic want[] = {{1, RBF_BILATERAL_Y, 2, 3, 1, 2, 5, 1, 1, 1, 2, 0}, {3, RBF_ISOTROPIC, 3, 3, 2, 2, 70, 2, 0, 2, 4, 1},
+		{3, RBF_QUADRILATERAL, 3, 6, 4, 3, 90, 4, 1, 1, 3, 1}, {1, RBF_ANISOTROPIC, 1, 1, 0, 1, 30, 1, 0, 1, 2, 0}};
+	for (int n = 0; argc == 2 && n < 4; n++) {
+		char path[4096];
+		bsdfrbf_model *model = rbf_model_new();
+		model->channels = want[n].channels;
+		synthetic_component(&want[n], (uint64_t)n + 1, model->component + (n + 3) % 4);
+		if (n < 2)
+			bsdfrbf_set_text(NULL, model, "name", "seed");
+		snprintf(path, sizeof path, "%s/seed%d.rbf", argv[1], n);
+		const bsdfrbf_status status = bsdfrbf_save(NULL, model, path);
+		bsdfrbf_close(model);
+		if (status != BSDFRBF_OK)
+			return 1;
+	}
+	return argc != 2;
+}
