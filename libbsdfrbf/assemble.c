@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DHR_SIZE = 113, DHR_SIZE_ISOTROPIC = 361 };
 static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
 
 static float angle(const float a[3], const float b[3])
@@ -261,57 +260,5 @@ int rbf_assemble_cull(rbf_component *c, float reach)
 			cull_cell(c, &c->set[s], cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &cull[(size_t)s * cells + (size_t)cell]);
 	}
 	c->cull = cull;
-	return 0;
-}
-
-static void node_direction(size_t n, uint32_t size, float d[3])
-{
-	const float square[2] = {(float)(n % size) * 2 / (float)(size - 1) - 1, (float)(n / size) * 2 / (float)(size - 1) - 1};
-	rbf_direction_from_square(square, d);
-	for (int a = 0; a < 2; a++)
-		if (fabsf(d[a]) < 1e-6f)
-			d[a] = 0; /* exactly on a mirror axis */
-}
-
-int rbf_assemble_dhr(rbf_component *c)
-{
-	const int isotropic = c->mesh.symmetry == RBF_ISOTROPIC;
-	const uint32_t size = isotropic ? DHR_SIZE_ISOTROPIC : DHR_SIZE;
-	const size_t nodes = isotropic ? size : (size_t)size * size;
-	float *table = calloc(nodes * c->channels, sizeof *table);
-	if (!table)
-		return -1;
-	#pragma omp parallel for schedule(dynamic, 16)
-	for (int64_t n = 0; n < (int64_t)nodes; n++) {
-		float d[3];
-		if (isotropic) {
-			const float theta = (float)n * (float)(RBF_PI / 2) / (float)(size - 1);
-			d[0] = sinf(theta);
-			d[1] = 0;
-			d[2] = cosf(theta);
-		} else {
-			node_direction((size_t)n, size, d);
-			if (rbf_symmetry_fold(c->mesh.symmetry, d) != RBF_OP_NONE)
-				continue; /* never looked up, or a mirror image of a node that is: filled below */
-		}
-		d[2] = fmaxf(d[2], 1e-3f);
-		rbf_normalize(d);
-		rbf_site site;
-		double value[3];
-		rbf_site_locate(c, d, &site);
-		rbf_site_dhr(&site, value);
-		for (uint32_t channel = 0; channel < c->channels; channel++)
-			table[channel * nodes + (size_t)n] = (float)value[channel] * fmaxf(d[2], RBF_DHR_Z);
-	}
-	for (size_t n = 0; n < nodes && !isotropic; n++) {
-		float d[3];
-		node_direction(n, size, d);
-		const unsigned op = (unsigned)rbf_symmetry_fold(c->mesh.symmetry, d);
-		const size_t x = op & 1 ? size - 1 - n % size : n % size, y = op & 2 ? size - 1 - n / size : n / size;
-		for (uint32_t channel = 0; channel < c->channels && op; channel++)
-			table[channel * nodes + n] = table[channel * nodes + y * size + x];
-	}
-	c->dhr_size = size;
-	c->dhr = table;
 	return 0;
 }

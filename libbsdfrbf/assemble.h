@@ -26,6 +26,6 @@ int rbf_assemble_bounds(rbf_component *component);
  * Opens OpenMP regions. */
 int rbf_assemble_cull(rbf_component *component, float reach);
 
-/* Table of DHR over the incident hemisphere. Opens OpenMP regions. */
+/* Table of DHR (dhr.h). Opens OpenMP regions. Returns 0, or -1 when out of memory. */
 int rbf_assemble_dhr(rbf_component *component);
 #endif

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "check.h"
 #include "arrays.h"
+#include "dhr.h"
 #include "map.h"
 
-#define DHR_SIZE_MAX 4096
 #define BLOCKS_MAX (1u << 28) /* lobes are counted in 32 bits */
 
 /* Exponent bits all set: infinity or not a number. On the bits, as compilers may assume floats to be finite. */
@@ -57,7 +57,7 @@ const char *rbf_check_numbers(const rbf_component *c)
 		return "number of lobes";
 	if (c->residual > 1 || (!c->residual && c->shifts))
 		return "residual transport";
-	if (c->dhr_size < 2 || c->dhr_size > DHR_SIZE_MAX)
+	if (c->dhr_steps < 2 || c->dhr_steps > RBF_DHR_STEPS_MAX || c->dhr_steps % 2)
 		return "size of the reflectance table";
 	if (!all_finite(c->lambertian, 3))
 		return "Lambertian part";

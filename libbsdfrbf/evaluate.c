@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "bounds.h"
+#include "dhr.h"
 #include "evaluate.h"
 
 #include <string.h>
@@ -43,51 +44,23 @@ static void set_incident(const rbf_component *c, const float incident[3], rbf_si
 	}
 }
 
-/* incident is folded */
-static void table_dhr(const rbf_component *c, const float incident[3], float value[3])
-{
-	const uint32_t size = c->dhr_size;
-	const float scale = 1 / fmaxf(incident[2], RBF_DHR_Z);
-	if (c->mesh.symmetry == RBF_ISOTROPIC) {
-		const float theta = atan2f(hypotf(incident[0], incident[1]), incident[2]);
-		const float x = fminf(theta * (float)(2 / RBF_PI), 1.f) * (float)(size - 1);
-		const uint32_t i = x < (float)(size - 2) ? (uint32_t)x : size - 2;
-		const float t = x - (float)i;
-		for (uint32_t n = 0; n < c->channels; n++)
-			value[n] = scale * ((1 - t) * c->dhr[n*size + i] + t * c->dhr[n*size + i + 1]);
-		return;
-	}
-	float square[2], t[2];
-	uint32_t at[2];
-	rbf_square_from_direction(incident, square);
-	for (int n = 0; n < 2; n++) {
-		const float x = (square[n] + 1) * .5f * (float)(size - 1);
-		at[n] = x < (float)(size - 2) ? (uint32_t)x : size - 2;
-		t[n] = x - (float)at[n];
-	}
-	for (uint32_t n = 0; n < c->channels; n++) {
-		const float *table = c->dhr + (size_t)n * size * size + (size_t)at[1] * size + at[0];
-		value[n] = scale * ((1 - t[1]) * ((1 - t[0]) * table[0] + t[0] * table[1])
-			+ t[1] * ((1 - t[0]) * table[size] + t[0] * table[size + 1]));
-	}
-}
-
 /* Beyond the last measured incidence nothing is known; what is carried on there must not gain energy, as facets without shadows
- * would (1/cos). */
-static float scale_outside(const rbf_component *c, const float incident[3], const uint32_t corner[3], const float weight[3])
+ * would (1/cos). Returns the factor that prevents it; value: DHR with that factor. */
+static float scale_outside(const rbf_component *c, uint32_t border, const float weight[3], const float incident[3], float value[3])
 {
 	const uint32_t y = rbf_luminance(c->channels);
-	float edge[3] = {0, 0, 0}, here[3], there[3];
-	for (int k = 0; k < 3; k++)
-		for (int n = 0; n < 3; n++)
-			edge[n] += weight[k] * c->mesh.vertex[corner[k]].direction[n];
-	if (!c->dhr || !(rbf_normalize(edge) > 0))
-		return 1;
-	table_dhr(c, incident, here);
-	if (c->mesh.symmetry != RBF_ISOTROPIC)
-		rbf_mirror((unsigned)rbf_symmetry_fold(c->mesh.symmetry, edge), edge, edge);
-	table_dhr(c, edge, there);
-	return there[y] < here[y] ? there[y] / here[y] : 1;
+	const float *a = c->mesh.vertex[rbf_bound_vertex(&c->mesh, c->mesh.border[border][0])].direction;
+	const float *b = c->mesh.vertex[rbf_bound_vertex(&c->mesh, c->mesh.border[border][1])].direction;
+	float nearest[3], edge[3];
+	for (int n = 0; n < 3; n++)
+		nearest[n] = weight[0] * a[n] + weight[1] * b[n];
+	rbf_normalize(nearest);
+	rbf_dhr_outside(c, border, weight, incident, value, edge);
+	const float most = edge[y] * fmaxf(incident[2], RBF_DHR_Z), here = value[y] * fmaxf(nearest[2], RBF_DHR_Z);
+	const float scale = most < here ? most / here : 1;
+	for (uint32_t n = 0; n < c->channels; n++)
+		value[n] *= scale;
+	return scale;
 }
 
 void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
@@ -97,21 +70,10 @@ void rbf_site_corners(const rbf_component *component, const float incident[3], u
 	set_corners(site, vertex, weight, corners);
 }
 
-void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site)
+/* Residual motion of the site's corners in element e. */
+static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], const float weight[3])
 {
-	set_incident(component, incident, site);
-	uint32_t corner[3];
-	float weight[3];
-	rbf_vertex vertex[3];
-	const uint32_t element = rbf_mesh_locate(&component->mesh, site->incident, corner, weight);
-	for (int n = 0; n < 3; n++)
-		vertex[n] = component->mesh.vertex[corner[n]];
-	set_corners(site, vertex, weight, 3);
-	if (element & RBF_MESH_BORDER)
-		site->scale = scale_outside(component, site->incident, corner, weight);
-	if (!component->residual)
-		return;
-	const uint32_t e = element & RBF_MESH_BORDER ? component->mesh.border[element & ~RBF_MESH_BORDER][2] : element;
+	const rbf_component *component = site->component;
 	if (e >= component->mesh.elements)
 		return;
 	/* the element's corners, where a border or a weight of 0 may have left some out */
@@ -137,6 +99,42 @@ void rbf_site_locate(const rbf_component *component, const float incident[3], rb
 		}
 		k++;
 	}
+}
+
+void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site)
+{
+	const rbf_mesh *mesh = &component->mesh;
+	const uint32_t border = item & ~RBF_MESH_BORDER, outside = item & RBF_MESH_BORDER;
+	uint32_t corner[3];
+	rbf_vertex vertex[3];
+	for (int n = 0; n < 3; n++) {
+		corner[n] = rbf_bound_vertex(mesh, outside ? mesh->border[border][n ? 1 : 0] : mesh->element[item].v[n]);
+		vertex[n] = mesh->vertex[corner[n]];
+	}
+	site->component = component;
+	site->scale = 1;
+	site->op = RBF_OP_NONE;
+	site->cosine = 1;
+	site->sine = 0;
+	memcpy(site->incident, incident, sizeof site->incident);
+	set_corners(site, vertex, weight, 3);
+	if (component->residual)
+		set_shifts(site, outside ? mesh->border[border][2] : item, corner, weight);
+}
+
+void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site)
+{
+	rbf_site turned;
+	uint32_t corner[3];
+	float weight[3], dhr[3];
+	set_incident(component, incident, &turned);
+	const uint32_t item = rbf_mesh_locate(&component->mesh, turned.incident, corner, weight);
+	rbf_site_place(component, item, weight, turned.incident, site);
+	site->op = turned.op;
+	site->cosine = turned.cosine;
+	site->sine = turned.sine;
+	if (item & RBF_MESH_BORDER && component->dhr)
+		site->scale = scale_outside(component, item & ~RBF_MESH_BORDER, weight, site->incident, dhr);
 }
 
 void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3])
@@ -246,13 +244,13 @@ void rbf_component_dhr(const rbf_component *c, const float incident[3], float va
 	uint32_t corner[3];
 	float weight[3];
 	set_incident(c, incident, &site);
-	const uint32_t element = rbf_mesh_locate(&c->mesh, site.incident, corner, weight);
-	table_dhr(c, site.incident, value);
-	if (element & RBF_MESH_BORDER) {
-		const float scale = scale_outside(c, site.incident, corner, weight);
-		for (uint32_t n = 0; n < c->channels; n++)
-			value[n] *= scale;
-	}
+	const uint32_t item = rbf_mesh_locate(&c->mesh, site.incident, corner, weight);
+	if (item & RBF_MESH_BORDER)
+		scale_outside(c, item & ~RBF_MESH_BORDER, weight, site.incident, value);
+	else
+		rbf_dhr_inside(c, item, weight, value);
+	for (uint32_t n = 0; n < c->channels; n++)
+		value[n] /= fmaxf(site.incident[2], RBF_DHR_Z);
 }
 
 static int unit(const float in[3], float out[3])

@@ -27,6 +27,10 @@ typedef struct rbf_site {
 /* Prepares a site. incident: unit, z > 0, half space of the component. */
 void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site);
 
+/* The same at a given place of the mesh: item and weights as rbf_mesh_locate() gives them, and an incident direction that is not folded
+ * and need not be the one of the weights. What lies outside the mesh is not limited. */
+void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site);
+
 /* The same with given corners (vertices of the component's mesh) and without residual motion; the caller may set shift[]. */
 void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
 	const rbf_vertex vertex[], const float weight[], rbf_site *site);

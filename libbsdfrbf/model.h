@@ -83,14 +83,11 @@ typedef struct rbf_component {
 	uint32_t shifts;                /* entries */
 	const rbf_shift *shift;
 	uint32_t edges;                 /* directed edges among them */
-	/* DHR of the scattered part, times max(cos, RBF_DHR_Z), over the incident hemisphere: channels x dhr_size x dhr_size, bilinear over the square map of
-	 * the folded direction; dhr_size x 1 over theta in [0, pi/2] if isotropic */
-	uint32_t dhr_size;
-	const float *dhr;
+	uint32_t dhr_steps;             /* even */
+	const float *dhr;               /* table of the scattered part's DHR, see dhr.h */
 	const rbf_base_info *base_info; /* [mesh.bases] */
 	rbf_facts facts;
 } rbf_component;
-#define RBF_DHR_Z 0.01f /* what facets reflect grows as 1/cos beyond the last incidence: times the cosine it is even */
 #define RBF_NO_SHIFT 0xffffffffu
 
 struct bsdfrbf_model {

@@ -12,7 +12,7 @@
 
 #include <string.h>
 
-enum { TRIES = 256, SPIRAL_MOST = 64 };
+enum { TRIES = 256, SPIRAL_MOST = 256 };
 static const float SPREAD = 4;          /* sigmas that the bounds cover: all but 3e-4 of a lobe */
 static const float TWIST = .05f;        /* what two rotations one after the other can add to the angle between the corners */
 
@@ -188,20 +188,21 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 	return 0;
 }
 
-/* Points of equal energy over a lobe, on a spiral. */
-typedef struct spiral { double cosine[SPIRAL_MOST], sine[SPIRAL_MOST]; } spiral;
+/* Points of equal energy over a lobe, on a spiral of opposite pairs: what changes evenly across the lobe cancels in each pair. */
+typedef struct spiral { double cosine[SPIRAL_MOST / 2], sine[SPIRAL_MOST / 2]; } spiral;
 
 /* Share of a lobe's energy that arrives: mean over the spiral, turned and drawn out differently for each lobe. */
-static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float centre[3], float kappa, const spiral *s, int points,
+static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float centre[3], float kappa, const spiral *s, int pairs,
 	uint32_t turn, int inside)
 {
 	const double phi = 2 * RBF_PI * .7548776662 * turn, c = cos(phi), q = sin(phi), faint = exp(-2. * (double)kappa);
 	const double start = fmod(.5698402910 * turn + .5, 1);
 	double sum = 0;
-	for (int i = 0; i < points; i++) {
+	for (int i = 0; i < 2 * pairs; i++) {
 		float drawn[3], exitant[3];
-		const double outside = (i + start) / points, w = -log(outside + (1 - outside) * faint + 1e-30) / (double)kappa;
-		around(centre, fmin(w, 2), c * s->cosine[i] - q * s->sine[i], q * s->cosine[i] + c * s->sine[i], drawn);
+		const double outside = (i / 2 + start) / pairs, w = -log(outside + (1 - outside) * faint + 1e-30) / (double)kappa;
+		const double cosine = c * s->cosine[i / 2] - q * s->sine[i / 2], sine = q * s->cosine[i / 2] + c * s->sine[i / 2];
+		around(centre, fmin(w, 2), i % 2 ? -cosine : cosine, i % 2 ? -sine : sine, drawn);
 		if (inside) {
 			float p[3];
 			rbf_mirror(site->vertex_op[k], drawn, p);
@@ -209,11 +210,11 @@ static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float
 		} else
 			sum += (double)carry(site, k, f, drawn, exitant);
 	}
-	return sum / points;
+	return sum / (2 * pairs);
 }
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
-static const double POINTS_INSIDE = 800, POINTS_HORIZON = 2500;
+static const double POINTS_INSIDE = 1600, POINTS_HORIZON = 5000;
 
 void rbf_site_dhr(const rbf_site *site, double value[3])
 {
@@ -221,7 +222,7 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 	const uint32_t y = rbf_luminance(c->channels);
 	double all = 0;
 	spiral s;
-	for (int q = 0; q < SPIRAL_MOST; q++) {
+	for (int q = 0; q < SPIRAL_MOST / 2; q++) {
 		s.cosine[q] = cos(2 * RBF_PI * .6180339887 * q);
 		s.sine[q] = sin(2 * RBF_PI * .6180339887 * q);
 	}
@@ -249,8 +250,8 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 				const double energy = (double)site->weight[k] * rbf_lobe_integral((double)kappa);
 				if (!turns || !inside) {
 					const double part = energy * (double)c->amplitude[(size_t)y * c->blocks + block].a[lane] / all;
-					const double points = ceil(part * (inside ? POINTS_INSIDE : POINTS_HORIZON));
-					mean = arriving(site, k, f, centre, kappa, &s, points < SPIRAL_MOST ? points > 1 ? (int)points : 1 : SPIRAL_MOST, i, inside);
+					const double pairs = ceil(part * .5 * (inside ? POINTS_INSIDE : POINTS_HORIZON));
+					mean = arriving(site, k, f, centre, kappa, &s, pairs < SPIRAL_MOST / 2 ? pairs > 1 ? (int)pairs : 1 : SPIRAL_MOST / 2, i, inside);
 				}
 				for (uint32_t n = 0; n < c->channels; n++)
 					value[n] += energy * mean * (double)c->amplitude[(size_t)n * c->blocks + block].a[lane];

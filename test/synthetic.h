@@ -8,7 +8,7 @@
 
 typedef struct synthetic {
 	uint32_t channels, symmetry, bases, vertices, elements, borders, cell_entries;
-	uint32_t frames, residual, blocks_per_set, dhr_size;
+	uint32_t frames, residual, blocks_per_set, dhr_steps;
 	int cull;
 } synthetic;
 
@@ -45,7 +45,7 @@ static inline void synthetic_numbers(const synthetic *want, rbf_component *c)
 	c->blocks = c->sets * want->blocks_per_set;
 	c->shifts = want->residual ? want->frames * want->blocks_per_set * 3 : 0;
 	c->edges = want->residual ? 3 : 0;
-	c->dhr_size = want->dhr_size;
+	c->dhr_steps = want->dhr_steps;
 	c->lambertian[0] = .125f;
 	c->facts.loo_error = -1;
 	c->facts.frame_share[0] = 1;

@@ -13,8 +13,9 @@
 
 static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
 enum { INCIDENCES = sizeof theta_deg / sizeof *theta_deg };
-static const double TYPICAL = .005;  /* mean over all incidences of a model, and four in five of them */
-static const double WORST = .03;     /* where the table's grid crosses an edge of the mesh, and DHR has a kink */
+static const double AVERAGE = .003;  /* over all incidences of a model */
+static const double CLOSE = .005;    /* all but one in twenty */
+static const double WORST = .02;      /* where a map ends in a coarse element (slats), DHR has a kink that no edge follows */
 static const double SWAPPED = .06;   /* by reciprocity: a table of at most 1536 cells, one value each */
 
 static bsdfrbf_model *model[FIXTURES];
@@ -74,14 +75,14 @@ static void quadrature_agrees(void **state)
 					const double error = fabs((double)table[n] / cells.total[n] - 1);
 					sum += error;
 					worst = fmax(worst, error);
-					beyond += error > TYPICAL;
+					beyond += error > CLOSE;
 					count++;
 				}
 				free(cells.cell);
 			}
 		print_message("%s: DHR off by %.2f %% on average, at most %.2f %%, %d of %d above .5 %%\n", fixture_plan[m].material, 100 * sum / count,
 			100 * worst, beyond, count);
-		failed += !(sum / count < TYPICAL) || !(worst < WORST) || beyond > .2 * count;
+		failed += !(sum / count < AVERAGE) || !(worst < WORST) || beyond > (count + 19) / 20;
 	}
 	assert_int_equal(failed, 0);
 }

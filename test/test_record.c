@@ -127,8 +127,8 @@ static void test_round_trip(void **state)
 {
 	static const synthetic want[] = {
 		{1, RBF_BILATERAL_Y, 2, 3, 1, 2, 5, 1, 1, 1, 2, 0},
-		{3, RBF_ISOTROPIC, 7, 7, 6, 2, 9000, 2, 0, 3, 64, 1},
-		{3, RBF_QUADRILATERAL, 5, 20, 30, 1, 5000, 4, 1, 70, 5, 1},
+		{3, RBF_ISOTROPIC, 7, 7, 6, 2, 9000, 2, 0, 3, 32, 1},
+		{3, RBF_QUADRILATERAL, 5, 20, 30, 1, 5000, 4, 1, 70, 6, 1},
 		{1, RBF_ANISOTROPIC, 1, 1, 0, 1, 4096, 1, 0, 0, 2, 1}, /* one incidence, no lobe at all */
 	};
 	for (unsigned mask = 1; mask < 16; mask++)
@@ -300,7 +300,7 @@ static void test_hostile_numbers(void **state)
 /* Several random changes at once, resealed. */
 static void test_mutated(void **state)
 {
-	const image file = small_image(&(synthetic){3, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 3, 1});
+	const image file = small_image(&(synthetic){3, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 4, 1});
 	uint64_t seed = 11;
 	const size_t start = image_section(&file, 16)->offset;
 	for (int round = 0; round < (SANITIZED ? 4000 : 20000); round++) {

@@ -15,7 +15,7 @@
 #include <cmocka.h>
 
 /* 26,000 incidences of 300 lobes, mirrored, with residual transport. */
-static const synthetic large = {1, RBF_BILATERAL_Y, 27000, 54000, 54000, 300, 108000, 1, 1, 38, 64, 1};
+static const synthetic large = {1, RBF_BILATERAL_Y, 27000, 54000, 54000, 300, 108000, 1, 1, 38, 8, 1};
 
 #ifndef ROW
 #define ROW 8

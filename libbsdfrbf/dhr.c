@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "bounds.h"
+#include "dhr.h"
+
+/* Nodes 0, 1 and 2 of a piece with t in [0, 2]. */
+static inline void quadratic(float t, float weight[3])
+{
+	weight[0] = .5f * (t - 1) * (t - 2);
+	weight[1] = t * (2 - t);
+	weight[2] = .5f * t * (t - 1);
+}
+
+/* First node of the piece that holds x (in steps), an even number, and the rest. */
+static inline uint32_t piece_of(float x, uint32_t steps, float *rest)
+{
+	const uint32_t last = steps / 2 - 1;
+	const float half = .5f * x;
+	const uint32_t piece = half > 0 ? half < (float)last ? (uint32_t)half : last : 0; /* also for what is not a number */
+	*rest = x - (float)(2 * piece);
+	return 2 * piece;
+}
+
+static void limit(uint32_t channels, float value[3])
+{
+	for (uint32_t n = 0; n < channels; n++)
+		value[n] = value[n] > 0 ? value[n] : 0; /* a quadratic piece may swing below */
+}
+
+void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight[3], float value[3])
+{
+	const uint32_t steps = c->dhr_steps;
+	const float *table = c->dhr + (size_t)element * rbf_dhr_element_nodes(c) * c->channels;
+	uint32_t node[6], nodes;
+	float part[6];
+	if (c->mesh.symmetry == RBF_ISOTROPIC) {
+		float t;
+		const uint32_t at = piece_of(weight[1] * (float)steps, steps, &t);
+		quadratic(t, part);
+		nodes = 3;
+		for (uint32_t n = 0; n < nodes; n++)
+			node[n] = at + n;
+	} else {
+		float x, y;
+		uint32_t p = piece_of(weight[1] * (float)steps, steps, &x), q = piece_of(weight[2] * (float)steps, steps, &y);
+		while (p + q > steps - 2) { /* rounding at the far side */
+			if (p)
+				p -= 2, x += 2;
+			else
+				q -= 2, y += 2;
+		}
+		const int flipped = x + y > 2 && p + q + 4 <= steps;
+		/* weights of the small triangle's corners; a flipped one has them at (2, 2), (0, 2), (2, 0) */
+		const float b = flipped ? 1 - .5f * x : .5f * x, g = flipped ? 1 - .5f * y : .5f * y, a = 1 - b - g;
+		const uint32_t corner = flipped ? 2 : 0;
+		const int step = flipped ? -1 : 1;
+		static const int to[6][2] = {{0, 0}, {2, 0}, {0, 2}, {1, 0}, {1, 1}, {0, 1}};
+		nodes = 6;
+		for (uint32_t n = 0; n < nodes; n++)
+			node[n] = rbf_dhr_lattice(steps, p + corner + (uint32_t)(step * to[n][0]), q + corner + (uint32_t)(step * to[n][1]));
+		part[0] = a * (2*a - 1);
+		part[1] = b * (2*b - 1);
+		part[2] = g * (2*g - 1);
+		part[3] = 4 * a * b;
+		part[4] = 4 * b * g;
+		part[5] = 4 * a * g;
+	}
+	for (uint32_t n = 0; n < c->channels; n++) {
+		value[n] = 0;
+		for (uint32_t k = 0; k < nodes; k++)
+			value[n] += part[k] * table[node[k] * c->channels + n];
+	}
+	limit(c->channels, value);
+}
+
+/* The arc's ends, its unit tangent `along` at a point p and the outward normal of its plane, which is the same everywhere on it:
+ * elements are counter-clockwise, so that outwards is to the right of the way from a to b. A point has a circle of latitude's. */
+typedef struct arc { float a[3], b[3], out[3]; int point; } arc;
+
+static arc arc_of(const rbf_mesh *mesh, uint32_t border)
+{
+	arc r;
+	for (int n = 0; n < 3; n++) {
+		r.a[n] = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[border][0])].direction[n];
+		r.b[n] = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[border][1])].direction[n];
+	}
+	const float e[3] = {r.b[0] - r.a[0], r.b[1] - r.a[1], r.b[2] - r.a[2]};
+	r.out[0] = e[1]*r.a[2] - e[2]*r.a[1];
+	r.out[1] = e[2]*r.a[0] - e[0]*r.a[2];
+	r.out[2] = e[0]*r.a[1] - e[1]*r.a[0];
+	r.point = !(rbf_normalize(r.out) > 0);
+	if (r.point) {
+		const float s = hypotf(r.a[0], r.a[1]);
+		r.out[0] = s > 0 ? r.a[2] * r.a[0] / s : r.a[2];
+		r.out[1] = s > 0 ? r.a[2] * r.a[1] / s : 0;
+		r.out[2] = -s;
+	}
+	return r;
+}
+
+static void cross(const float a[3], const float b[3], float c[3])
+{
+	c[0] = a[1]*b[2] - a[2]*b[1];
+	c[1] = a[2]*b[0] - a[0]*b[2];
+	c[2] = a[0]*b[1] - a[1]*b[0];
+}
+
+/* Angle from p along the unit tangent g to the horizon. */
+static float to_horizon(const float p[3], const float g[3])
+{
+	return fmaxf(atan2f(p[2], -g[2]), 1e-4f);
+}
+
+rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float weight[2], const float d[3])
+{
+	const arc r = arc_of(mesh, border);
+	float p[3], g[3], along[3];
+	for (int n = 0; n < 3; n++)
+		p[n] = weight[0] * r.a[n] + weight[1] * r.b[n];
+	rbf_normalize(p);
+	const float near = rbf_dot(d, p);
+	for (int n = 0; n < 3; n++)
+		g[n] = d[n] - near * p[n];
+	const float far = rbf_normalize(g);
+	cross(p, r.out, along);
+	const float outward = rbf_dot(g, r.out), forward = rbf_dot(g, along);
+	const float turn = fabsf(atan2f(fabsf(forward), outward)) * (float)(1 / RBF_PI);
+	rbf_dhr_polar point = {0, 0};
+	if (weight[0] > 0 && weight[1] > 0)
+		point.around = outward < 0 ? 2 + weight[0] : weight[1];
+	else if (r.point ? forward > 0 : !(weight[0] > 0))
+		point.around = 1 + turn;
+	else
+		point.around = turn > 0 ? 4 - turn : 0;
+	if (far > 0)
+		point.out = fminf(atan2f(far, near) / to_horizon(p, g), 1.f);
+	return point;
+}
+
+void rbf_dhr_beyond_direction(const rbf_mesh *mesh, uint32_t border, rbf_dhr_polar point, float weight[2], float d[3])
+{
+	const arc r = arc_of(mesh, border);
+	const int section = (int)point.around;
+	const float t = point.around - (float)section;
+	float p[3], along[3], g[3];
+	weight[1] = section == 0 ? t : section == 1 ? 1 : section == 2 ? 1 - t : 0;
+	weight[0] = 1 - weight[1];
+	for (int n = 0; n < 3; n++)
+		p[n] = weight[0] * r.a[n] + weight[1] * r.b[n];
+	rbf_normalize(p);
+	cross(p, r.out, along);
+	const float turn = (float)RBF_PI * (section == 0 ? 0 : section == 1 ? t : section == 2 ? 1 : t - 1);
+	const float outward = cosf(turn), forward = sinf(turn);
+	for (int n = 0; n < 3; n++)
+		g[n] = outward * r.out[n] + forward * along[n];
+	const float angle = point.out * to_horizon(p, g), ca = cosf(angle), sa = sinf(angle);
+	for (int n = 0; n < 3; n++)
+		d[n] = ca * p[n] + sa * g[n];
+}
+
+void rbf_dhr_outside(const rbf_component *c, uint32_t border, const float weight[2], const float direction[3], float value[3], float edge[3])
+{
+	const uint32_t steps = c->dhr_steps, columns = steps + 1;
+	const float *table = c->dhr + ((size_t)c->mesh.elements * rbf_dhr_element_nodes(c) + (size_t)border * rbf_dhr_border_nodes(c)) * c->channels;
+	const rbf_dhr_polar point = rbf_dhr_beyond(&c->mesh, border, weight, direction);
+	float x, y, along[3], out[3];
+	const uint32_t row = piece_of(point.around * (float)steps, 4 * steps, &x), column = piece_of(point.out * (float)steps, steps, &y);
+	quadratic(x, along);
+	quadratic(y, out);
+	for (uint32_t n = 0; n < c->channels; n++) {
+		value[n] = edge[n] = 0;
+		for (uint32_t i = 0; i < 3; i++) {
+			const float *line = table + (size_t)((row + i) % (4 * steps) * columns) * c->channels + n;
+			edge[n] += along[i] * line[0];
+			for (uint32_t k = 0; k < 3; k++)
+				value[n] += along[i] * out[k] * line[(column + k) * c->channels];
+		}
+	}
+	limit(c->channels, value);
+	limit(c->channels, edge);
+}

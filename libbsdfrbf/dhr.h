@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * Table of the DHR of the scattered part, times max(cos, RBF_DHR_Z), made so that its nodes follow the mesh: DHR has kinks along
+ * the mesh's edges and nowhere else, and quadratic pieces that end there keep to it.
+ *
+ * An element (triangle, or segment of a chain) holds a lattice in its barycentric coordinates, `steps` intervals a side.
+ * A border holds what lies beyond it, without the limit that evaluation sets there: the nearest point of the arc and the
+ * direction from it run once around the arc (outwards along it from end a to end b, around b, back inwards, around a),
+ * 4 `steps` intervals, and the distance over that of the horizon makes `steps` more.
+ * Values: [item][node][channel], elements first, then borders.
+ */
+#ifndef RBF_DHR_H
+#define RBF_DHR_H
+#include "model.h"
+
+#define RBF_DHR_Z 0.01f  /* what facets reflect grows as 1/cos beyond the last incidence: times the cosine it is even */
+#define RBF_DHR_STEPS_MAX 32
+
+/* Nodes of one element and of one border. */
+static inline uint32_t rbf_dhr_element_nodes(const rbf_component *c)
+{
+	return c->mesh.symmetry == RBF_ISOTROPIC ? c->dhr_steps + 1 : (c->dhr_steps + 1) * (c->dhr_steps + 2) / 2;
+}
+
+static inline uint32_t rbf_dhr_border_nodes(const rbf_component *c)
+{
+	return 4 * c->dhr_steps * (c->dhr_steps + 1);
+}
+
+/* The node of a triangle's lattice whose weights are (steps - p - q, p, q) / steps. */
+static inline uint32_t rbf_dhr_lattice(uint32_t steps, uint32_t p, uint32_t q)
+{
+	return q * (steps + 1) - (q * q - q) / 2 + p;
+}
+
+/* A point beyond a border: `around` in [0, 4), `out` in [0, 1] (0: the arc, 1: the horizon). */
+typedef struct rbf_dhr_polar { float around, out; } rbf_dhr_polar;
+
+/* weight: of the border's ends at the nearest point of its arc (rbf_mesh_locate). */
+rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float weight[2], const float direction[3]);
+
+/* Back: the direction of a point, and its weights. */
+void rbf_dhr_beyond_direction(const rbf_mesh *mesh, uint32_t border, rbf_dhr_polar point, float weight[2], float direction[3]);
+
+/* Values of the table, times max(cos, RBF_DHR_Z): inside an element, or beyond a border and (edge) at the nearest point of it. */
+void rbf_dhr_inside(const rbf_component *component, uint32_t element, const float weight[3], float value[3]);
+void rbf_dhr_outside(const rbf_component *component, uint32_t border, const float weight[2], const float direction[3],
+	float value[3], float edge[3]);
+#endif
