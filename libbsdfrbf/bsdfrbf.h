@@ -95,6 +95,10 @@ BSDFRBF_API void bsdfrbf_set_progress(bsdfrbf_context *context,
 /* Measured samples, gathered per incident direction, component and colour. */
 typedef struct bsdfrbf_data bsdfrbf_data;
 
+typedef enum bsdfrbf_component {
+	BSDFRBF_RF = 0, BSDFRBF_RB = 1, BSDFRBF_TF = 2, BSDFRBF_TB = 3
+} bsdfrbf_component;
+
 typedef enum bsdfrbf_quantity {
 	BSDFRBF_QUANTITY_BSDF = 0, /* sr^-1, no cosine */
 	BSDFRBF_QUANTITY_DSF = 1   /* BSDF times |cos(theta_o)| */
@@ -114,6 +118,22 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_data_read(bsdfrbf_context *context, bsdfrbf_d
 BSDFRBF_API bsdfrbf_status bsdfrbf_data_add(bsdfrbf_context *context, bsdfrbf_data *data,
 	const double incident[3], size_t count, const double *outgoing, const double *values,
 	int channels, bsdfrbf_quantity quantity);
+
+/* What has been read: 0 channels while empty, then 1 or 3; number of incident directions of a component. */
+BSDFRBF_API int bsdfrbf_data_channels(const bsdfrbf_data *data);
+BSDFRBF_API size_t bsdfrbf_data_incidences(const bsdfrbf_data *data, bsdfrbf_component component);
+
+/* Samples of one incident direction, seen from the component's own sides: all vectors have z > 0, x and y are kept.
+ * direction: unit; outgoing: count x 3, unit; dsf: count x channels, f |cos(theta_o)|, sr^-1, with noise that may be
+ * negative. The arrays are the data's, valid until it is changed or freed. Errors: ARGUMENT (no such incidence). */
+typedef struct bsdfrbf_samples {
+	double direction[3];
+	size_t count;
+	const double *outgoing;
+	const float *dsf;
+} bsdfrbf_samples;
+BSDFRBF_API bsdfrbf_status bsdfrbf_data_get(const bsdfrbf_data *data, bsdfrbf_component component, size_t index,
+	bsdfrbf_samples *samples);
 
 /* Turns the sample front to back about its vertical (y) axis, as for one that was mounted the other way round:
  * front and back change places and left becomes right; up stays up. */
@@ -161,10 +181,6 @@ BSDFRBF_API void bsdfrbf_close(bsdfrbf_model *model);
 BSDFRBF_API int bsdfrbf_is_rbf(const char *path);
 
 /* ---------------------------------------------------------------- evaluate */
-
-typedef enum bsdfrbf_component {
-	BSDFRBF_RF = 0, BSDFRBF_RB = 1, BSDFRBF_TF = 2, BSDFRBF_TB = 3
-} bsdfrbf_component;
 
 /* 1 if the component was built from measurements, else 0. */
 BSDFRBF_API int bsdfrbf_has(const bsdfrbf_model *model, bsdfrbf_component component);
@@ -276,6 +292,8 @@ typedef struct bsdfrbf_component_info {
 	float loo_error;         /* mean leave-one-incidence-out L1, < 0 unknown */
 	float asymmetry;         /* relative L1 of the data against the symmetry, < 0 not measurable */
 	float theta_max_deg;     /* largest measured polar angle */
+	int mirror_x, mirror_y;  /* 1: x -> -x, y -> -y maps the material onto itself */
+	int half_turn;           /* 1: so does half a turn about z */
 } bsdfrbf_component_info;
 
 /* Status ARGUMENT if the component is missing. */
@@ -293,6 +311,35 @@ typedef struct bsdfrbf_incidence_info {
 
 BSDFRBF_API bsdfrbf_status bsdfrbf_get_incidence_info(const bsdfrbf_model *model, bsdfrbf_component component,
 	int index, bsdfrbf_incidence_info *info);
+
+/* Vertex `index`, below `vertices`, of the mesh of incident directions. */
+typedef struct bsdfrbf_vertex_info {
+	float direction[3];  /* seen from the component's incident side: z > 0; azimuth 0 or 180 degrees if isotropic */
+	int incidence;       /* the measured incidence that it is, or is a mirror image of */
+	int mirrored;        /* 1: an image */
+} bsdfrbf_vertex_info;
+
+BSDFRBF_API bsdfrbf_status bsdfrbf_get_vertex_info(const bsdfrbf_model *model, bsdfrbf_component component,
+	int index, bsdfrbf_vertex_info *info);
+
+/* Vertices of triangle `index`, below `triangles`, counter-clockwise seen from outside. Those of an isotropic
+ * component are segments: corner[2] is corner[1]. */
+BSDFRBF_API bsdfrbf_status bsdfrbf_get_triangle(const bsdfrbf_model *model, bsdfrbf_component component,
+	int index, int corner[3]);
+
+/* A lobe of the incidence at one vertex, and where it is when the incident direction has moved to another. */
+typedef struct bsdfrbf_lobe_info {
+	float direction[3];  /* its centre; outgoing directions are seen from the component's outgoing side: z > 0 */
+	float moved[3];      /* its centre there, by frame and residual transport; below the horizon z < 0; 0: it ends on the way */
+	float sigma;         /* spread, radians */
+	float energy;        /* luminance, sr: amplitude times solid angle; those of an incidence add up to about its DHR */
+	int frame;           /* index into frame_name[] */
+} bsdfrbf_lobe_info;
+
+/* Lobes of vertex `from`, moved to vertex `to` (which may be the same, or any other; residual transport is known along
+ * edges of triangles). Fills at most `capacity` entries and returns how many lobes there are; 0 for a bad argument. */
+BSDFRBF_API size_t bsdfrbf_get_lobes(const bsdfrbf_model *model, bsdfrbf_component component, int from, int to,
+	size_t capacity, bsdfrbf_lobe_info *lobes);
 
 /* Free text recorded with the model, e.g. key "name" (sample name) or "source" (files); "" if absent. */
 BSDFRBF_API const char *bsdfrbf_get_text(const bsdfrbf_model *model, const char *key);

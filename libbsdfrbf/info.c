@@ -48,6 +48,14 @@ bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_co
 	info->fit_error = c->facts.fit_error;
 	info->loo_error = c->facts.loo_error;
 	info->asymmetry = c->facts.asymmetry;
+	int op[4];
+	const int ops = rbf_symmetry_ops(c->mesh.symmetry, op);
+	info->mirror_x = info->mirror_y = info->half_turn = c->mesh.symmetry == RBF_ISOTROPIC;
+	for (int n = 0; n < ops; n++) {
+		info->mirror_x |= op[n] == RBF_OP_X;
+		info->mirror_y |= op[n] == RBF_OP_Y;
+		info->half_turn |= op[n] == RBF_OP_XY;
+	}
 	for (uint32_t i = 0; i < c->mesh.bases; i++) {
 		const rbf_base_info *base = c->base_info + i;
 		const float theta = atan2f(hypotf(base->direction[0], base->direction[1]), base->direction[2]);

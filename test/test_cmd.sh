@@ -168,7 +168,7 @@ fails "no such directory" 'nowhere' "$bin/mkrbf" -o nowhere/new.rbf "${good[@]}"
 fails "output is a directory" 'directory' "$bin/mkrbf" -o . "${good[@]}"
 fails "output is an input" 'in20.txt' "$bin/mkrbf" -o in20.txt "${good[@]}"
 [ -s in20.txt ] || no "output is an input" "the measurement is gone"
-for program in mkrbf rbfquery rbfinfo; do
+for program in mkrbf rbfquery rbfinfo rbfreport rbf2ttree rbf2klems; do
 	works "$program --help" "$bin/$program" --help
 	grep -q "^Usage: $program" out || no "$program --help" "no usage on stdout"
 	works "$program --version" "$bin/$program" --version

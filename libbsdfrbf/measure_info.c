@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Measurements read back, for reports and tools. */
+#include "measure.h"
+
+#include <string.h>
+
+int bsdfrbf_data_channels(const bsdfrbf_data *data)
+{
+	return data ? data->channels : 0;
+}
+
+size_t bsdfrbf_data_incidences(const bsdfrbf_data *data, bsdfrbf_component component)
+{
+	return data && (unsigned)component < 4 ? data->component[component].count : 0;
+}
+
+bsdfrbf_status bsdfrbf_data_get(const bsdfrbf_data *data, bsdfrbf_component component, size_t index, bsdfrbf_samples *samples)
+{
+	if (!samples || index >= bsdfrbf_data_incidences(data, component))
+		return BSDFRBF_ERR_ARGUMENT;
+	const rbf_incidence *incidence = data->component[component].incidence + index;
+	memcpy(samples->direction, incidence->direction, sizeof samples->direction);
+	samples->count = incidence->count;
+	samples->outgoing = incidence->outgoing;
+	samples->dsf = incidence->dsf;
+	return BSDFRBF_OK;
+}
