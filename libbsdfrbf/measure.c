@@ -382,6 +382,14 @@ bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data
 		if (few)
 			rbf_warn(context, "%s: fewer than %d samples at %zu of %zu incidences, the first at %s (degrees): "
 				"the fit will be poor there", rbf_component_name(c), FEW_SAMPLES, few, measured->count, first_few);
+		/* theta beyond 90 by a slip of the operator puts one file of many on the other side */
+		const size_t other = data->component[c ^ 1].count;
+		if (measured->count == 1 && other >= 3) {
+			char where[80];
+			describe(measured->incidence, c, where);
+			rbf_warn(context, "%s: a single incidence, at %s (degrees), beside %zu of %s: is its side right?",
+				rbf_component_name(c), where, other, rbf_component_name(c ^ 1));
+		}
 		incidences += measured->count;
 	}
 	if (!incidences)

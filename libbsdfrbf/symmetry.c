@@ -111,7 +111,7 @@ static const char *list_sectors(int count, const sector *missing, char *text, si
 	text[0] = 0;
 	for (int i = 0; i < count && used < size; i++)
 		used += (size_t)snprintf(text + used, size - used, "%s%.0f to %.0f", i ? ", " : "",
-			missing[i].from, missing[i].to);
+			missing[i].from, missing[i].to > 360 + TOLERANCE ? missing[i].to - 360 : missing[i].to);
 	return text;
 }
 

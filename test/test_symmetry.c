@@ -63,7 +63,7 @@ static void test_symmetry(void **state)
 	choose(rings(1, 15, 75, 15, 0, 359, 15), 'I', RBF_ISOTROPIC, NULL);
 	choose(rings(1, 15, 75, 15, 0, 359, 15), 'B', RBF_BILATERAL_Y, NULL);
 	/* holes */
-	choose(rings(1, 12, 72, 12, 45, 225, 20), 0, 0, "missing 225 to 405");
+	choose(rings(1, 12, 72, 12, 45, 225, 20), 0, 0, "missing 225 to 45");
 	choose(rings(1, 12, 72, 12, 45, 225, 20), 0, 0, "-s U");
 	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "missing 270 to 360");
 	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "-s B");
