@@ -56,7 +56,7 @@ int main(int argc, char **argv)
 		second = cmd_open(context, solar);
 	if (solar)
 		options.solar = second ? second : model;
-	const int status = xml_write(context, model, bsdfrbf_write_klems, &options);
+	const int status = xml_write(context, argv[at], model, bsdfrbf_write_klems, &options);
 	bsdfrbf_close(second);
 	bsdfrbf_close(model);
 	bsdfrbf_context_free(context);

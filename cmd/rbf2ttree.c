@@ -16,7 +16,7 @@ static const char help[] =
 int main(int argc, char **argv)
 {
 	bsdfrbf_resample_options options;
-	int at, resolution = 0;
+	int at;
 	xml_start(argc, argv, &options);
 	for (at = 1; at < argc && (argv[at][0] == '-' || argv[at][0] == '+') && argv[at][1]; at++) {
 		const char *word = argv[at];
@@ -30,24 +30,22 @@ int main(int argc, char **argv)
 			cmd_unknown(word, usage);
 		else if (word[1] == '-')
 			cmd_long_option(word, usage, help);
+		else if (xml_option(argc, argv, &at, usage, &options))
+			continue;
 		else if (word[1] == 'g')
-			resolution = (int)cmd_integer("-g", cmd_value(argc, argv, &at, usage), 2, 8);
+			options.log2 = (int)cmd_integer("-g", cmd_value(argc, argv, &at, usage), 2, 8);
 		else if (word[1] == 'e')
 			options.error = cmd_real("-e", cmd_value(argc, argv, &at, usage), 0, 1);
 		else if (word[1] == 't')
 			options.cull = cmd_real("-t", cmd_value(argc, argv, &at, usage), 0, 99.9);
-		else if (!xml_option(argc, argv, &at, usage, &options))
+		else
 			cmd_unknown(word, usage);
 	}
 	if (argc - at != 1)
 		cmd_fail("exactly one .rbf file is needed\nUsage: %s %s", cmd_name(), usage);
 	bsdfrbf_context *context = cmd_context();
 	bsdfrbf_model *model = cmd_open(context, argv[at]);
-	if (resolution)
-		options.log2 = resolution;
-	else if (xml_isotropic(model, options.components))
-		options.log2 = 6;
-	const int status = xml_write(context, model, bsdfrbf_write_tree, &options);
+	const int status = xml_write(context, argv[at], model, bsdfrbf_write_tree, &options);
 	bsdfrbf_close(model);
 	bsdfrbf_context_free(context);
 	return status;

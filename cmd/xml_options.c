@@ -1,11 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "xml_options.h"
 
+#include <limits.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 static int bar;             /* characters */
+static int link_wanted;     /* -link */
+static char linked[PATH_MAX];
 static char command[2048];  /* for the XML's comment */
 
 static int to_stdout(void *unused, const void *data, size_t bytes)
@@ -60,7 +64,11 @@ static void set_text(const char *text, const char *usage, bsdfrbf_resample_optio
 int xml_option(int argc, char **argv, int *at, const char *usage, bsdfrbf_resample_options *options)
 {
 	const char *word = argv[*at];
-	if (word[1] == 'c')
+	if (!strcmp(word, "-embed"))
+		options->embed = 1;
+	else if (!strcmp(word, "-link"))
+		link_wanted = 1;
+	else if (word[1] == 'c')
 		options->components = components_of(cmd_value(argc, argv, at, usage));
 	else if (word[1] == 'o')
 		options->path = cmd_value(argc, argv, at, usage);
@@ -75,21 +83,35 @@ int xml_option(int argc, char **argv, int *at, const char *usage, bsdfrbf_resamp
 	return 1;
 }
 
-int xml_isotropic(const bsdfrbf_model *model, unsigned components)
+/* The path that the XML points to: the file's name if both are in one folder, so that they can move together, else all of it. */
+static const char *path_from(const char *xml, const char *file)
 {
-	for (int n = 0; n < 4; n++) {
-		bsdfrbf_component_info info;
-		if ((!components || components >> n & 1) && bsdfrbf_get_component_info(model, (bsdfrbf_component)n, &info) == BSDFRBF_OK
-				&& info.symmetry != 'I')
-			return 0;
+	char folder[PATH_MAX], real_folder[PATH_MAX];
+	if (!bsdfrbf_is_rbf(file))
+		cmd_fail("%s: '-link' needs an .rbf file to point to", file);
+	if (!realpath(file, linked))
+		cmd_fail("%s: cannot find where it is", file);
+	char *slash = strrchr(linked, '/');
+	snprintf(folder, sizeof folder, "%s", xml ? xml : ".");
+	if (xml) {
+		char *end = strrchr(folder, '/');
+		if (end)
+			end[end == folder] = 0;
+		else
+			strcpy(folder, ".");
 	}
-	return 1;
+	if (realpath(folder, real_folder) && strlen(real_folder) == (size_t)(slash - linked)
+			&& !strncmp(real_folder, linked, (size_t)(slash - linked)))
+		return slash + 1;
+	return linked;
 }
 
-int xml_write(bsdfrbf_context *context, const bsdfrbf_model *model,
+int xml_write(bsdfrbf_context *context, const char *file, const bsdfrbf_model *model,
 	bsdfrbf_status (*write)(bsdfrbf_context *, const bsdfrbf_model *, const bsdfrbf_resample_options *),
 	bsdfrbf_resample_options *options)
 {
+	if (link_wanted)
+		options->link = path_from(options->path, file);
 	cmd_progress(context, bar);
 	cmd_catch_signals();
 	const bsdfrbf_status status = write(context, model, options);

@@ -172,13 +172,21 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf
  * any, is intact and no temporary file is left. Errors: ARGUMENT, IO, MEMORY. */
 BSDFRBF_API bsdfrbf_status bsdfrbf_save(bsdfrbf_context *context, const bsdfrbf_model *model, const char *path);
 
-/* Maps the file into memory. Errors: IO, FORMAT, VERSION, MEMORY. */
+/* Maps the file into memory. `path` may also be BSDF XML that carries an interpolant, or points to one (`embed` and `link` below); a
+ * file that is pointed to must be the one that the XML was made with. Errors: IO, FORMAT, VERSION, MEMORY. */
 BSDFRBF_API bsdfrbf_status bsdfrbf_open(bsdfrbf_context *context, const char *path, bsdfrbf_model **model);
 
 BSDFRBF_API void bsdfrbf_close(bsdfrbf_model *model);
 
 /* 1 if the file starts with the magic number of an .rbf file, 0 if not or if it cannot be read. */
 BSDFRBF_API int bsdfrbf_is_rbf(const char *path);
+
+/* 1 if the file is BSDF XML that carries an interpolant or points to one, 0 if not or if it cannot be read. Whether
+ * bsdfrbf_open() will take it is not looked at. */
+BSDFRBF_API int bsdfrbf_is_carrier(const char *path);
+
+/* Checksum of all content of an opened model, as recorded; 0 for one that was built and not opened. */
+BSDFRBF_API uint64_t bsdfrbf_checksum(const bsdfrbf_model *model);
 
 /* ---------------------------------------------------------------- evaluate */
 
@@ -248,8 +256,10 @@ typedef struct bsdfrbf_resample_options {
 	const char *manufacturer;
 	const char *comment;      /* e.g. the command */
 	double thickness, width, height; /* metres; 0: left out */
+	int embed;                /* 1: the XML carries the interpolant as well, in a comment (an opened model only) */
+	const char *link;         /* or it points to this .rbf file: a path from the folder of the XML, or from the root */
 	/* tree */
-	int log2;                 /* the finest resolution is 2^log2 a side; 2 to 8 (4 dimensions: to 7) */
+	int log2;                 /* the finest resolution is 2^log2 a side, 2 to 8 (4 dimensions: to 7); 0: 6 (5) */
 	double error;             /* differences that are averaged out add at most this share of L1 */
 	double cull;              /* per cent of the finest cells that are to be saved at least; 0: as `error` gives */
 	int reciprocal;           /* 1: the mean of f(a, b) and f(b, a) is written, where both were measured */

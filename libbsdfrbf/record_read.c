@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "carrier.h"
 #include "check.h"
 #include "record.h"
 
@@ -67,6 +68,54 @@ static bsdfrbf_status map_file(reader *r)
 		r->bytes = (uint64_t)info.st_size;
 	}
 	return status;
+}
+
+/* The record within an XML text, in memory of its own. */
+static bsdfrbf_status unpack(reader *r, const rbf_carrier *carrier)
+{
+	if (carrier->bytes > r->bytes)
+		return rbf_fail(r->context, BSDFRBF_ERR_FORMAT, "%s: the interpolant that it carries is damaged", r->path);
+	void *at = mmap(NULL, (size_t)carrier->bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+	if (at == MAP_FAILED)
+		return rbf_fail(r->context, BSDFRBF_ERR_MEMORY, "%s: out of memory", r->path);
+	const int whole = rbf_carrier_decode(r->at, carrier, at);
+	munmap((void *)r->at, (size_t)r->bytes);
+	r->at = at;
+	r->bytes = carrier->bytes;
+	if (!whole)
+		return rbf_fail(r->context, BSDFRBF_ERR_FORMAT, "%s: the interpolant that it carries is damaged", r->path);
+	mprotect(at, (size_t)carrier->bytes, PROT_READ);
+	return BSDFRBF_OK;
+}
+
+/* The record in the file that an XML text points to. linked: room for its path, for messages. */
+static bsdfrbf_status follow(reader *r, const rbf_carrier *carrier, char linked[2 * RBF_CARRIER_PATH])
+{
+	const char *slash = *carrier->file == '/' ? NULL : strrchr(r->path, '/');
+	const size_t folder = slash ? (size_t)(slash - r->path) + 1 : 0;
+	munmap((void *)r->at, (size_t)r->bytes);
+	r->at = NULL;
+	if (folder >= RBF_CARRIER_PATH)
+		return rbf_fail(r->context, BSDFRBF_ERR_IO, "%s: path is too long", r->path);
+	memcpy(linked, r->path, folder);
+	strcpy(linked + folder, carrier->file);
+	r->path = linked;
+	return map_file(r);
+}
+
+/* Where the file is BSDF XML: to the record that it carries or points to. */
+static bsdfrbf_status enter_xml(reader *r, char linked[2 * RBF_CARRIER_PATH])
+{
+	rbf_carrier carrier;
+	if (!rbf_carrier_is_xml(r->at, r->bytes))
+		return BSDFRBF_OK;
+	if (!rbf_carrier_find(r->at, r->bytes, &carrier))
+		return rbf_fail(r->context, BSDFRBF_ERR_FORMAT, "%s: is not an .rbf file, nor XML that carries one (as rbf2ttree -embed writes)", r->path);
+	RBF_TRY(*carrier.file ? follow(r, &carrier, linked) : unpack(r, &carrier));
+	if (r->bytes != carrier.bytes || r->bytes < sizeof(rbf_record_header) || HEADER(r)->checksum != carrier.checksum)
+		return rbf_fail(r->context, BSDFRBF_ERR_FORMAT, "%s: is not what the XML was made with: make it anew with rbf2ttree or rbf2klems",
+			r->path);
+	return BSDFRBF_OK;
 }
 
 static bsdfrbf_status check_header(const reader *r)
@@ -268,12 +317,16 @@ bsdfrbf_status rbf_record_open(bsdfrbf_context *context, const char *path, uint6
 	bsdfrbf_model *model = rbf_model_new();
 	if (!model)
 		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "%s: out of memory", path);
+	char linked[2 * RBF_CARRIER_PATH];
 	bsdfrbf_status status = map_file(&r);
-	if (status == BSDFRBF_OK) {
+	if (status == BSDFRBF_OK)
+		status = enter_xml(&r, linked);
+	if (r.at) {
 		model->mapping = (void *)r.at;
 		model->mapping_bytes = (size_t)r.bytes;
-		status = read_model(&r, model);
 	}
+	if (status == BSDFRBF_OK)
+		status = read_model(&r, model);
 	if (status == BSDFRBF_OK && r.bytes <= verify_bytes)
 		status = verify(&r, model);
 	if (status != BSDFRBF_OK) {
@@ -289,18 +342,42 @@ bsdfrbf_status bsdfrbf_open(bsdfrbf_context *context, const char *path, bsdfrbf_
 	return rbf_record_open(context, path, RBF_RECORD_VERIFY_BYTES, model);
 }
 
-int bsdfrbf_is_rbf(const char *path)
+/* First and last bytes of a regular file; the last ones only if it looks like XML. How many, 0 if it cannot be read. */
+static ssize_t ends_of(const char *path, char first[RBF_CARRIER_TAIL], char last[RBF_CARRIER_TAIL], ssize_t *first_bytes)
 {
-	char start[RBF_RECORD_MAGIC_BYTES];
 	struct stat info;
-	if (!path)
-		return 0;
-	const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+	ssize_t last_bytes = 0;
+	*first_bytes = 0;
+	const int file = path ? open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK) : -1;
 	if (file < 0)
 		return 0;
-	const int found = fstat(file, &info) == 0 && S_ISREG(info.st_mode)
-		&& read(file, start, sizeof start) == (ssize_t)sizeof start
-		&& memcmp(start, RBF_RECORD_MAGIC, sizeof start) == 0;
+	if (fstat(file, &info) == 0 && S_ISREG(info.st_mode)) {
+		*first_bytes = read(file, first, last ? 300 : RBF_RECORD_MAGIC_BYTES);
+		if (last && *first_bytes > 0 && rbf_carrier_is_xml(first, (uint64_t)*first_bytes))
+			last_bytes = pread(file, last, RBF_CARRIER_TAIL, info.st_size > RBF_CARRIER_TAIL ? info.st_size - RBF_CARRIER_TAIL : 0);
+	}
 	close(file);
-	return found;
+	return last_bytes;
+}
+
+int bsdfrbf_is_rbf(const char *path)
+{
+	char start[RBF_CARRIER_TAIL];
+	ssize_t bytes;
+	ends_of(path, start, NULL, &bytes);
+	return bytes == RBF_RECORD_MAGIC_BYTES && !memcmp(start, RBF_RECORD_MAGIC, RBF_RECORD_MAGIC_BYTES);
+}
+
+int bsdfrbf_is_carrier(const char *path)
+{
+	char start[RBF_CARRIER_TAIL], end[RBF_CARRIER_TAIL];
+	ssize_t bytes;
+	const ssize_t last = ends_of(path, start, end, &bytes);
+	rbf_carrier carrier;
+	return last > 0 && rbf_carrier_find(end, (uint64_t)last, &carrier);
+}
+
+uint64_t bsdfrbf_checksum(const bsdfrbf_model *model)
+{
+	return model && model->mapping ? ((const rbf_record_header *)model->mapping)->checksum : 0;
 }

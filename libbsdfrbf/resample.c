@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "carrier.h"
 #include "resample.h"
 
 #include <omp.h>
@@ -8,7 +9,6 @@ void bsdfrbf_resample_defaults(bsdfrbf_resample_options *options)
 {
 	memset(options, 0, sizeof *options);
 	options->size = sizeof *options;
-	options->log2 = 5;
 	options->error = .03;
 }
 
@@ -28,6 +28,12 @@ bsdfrbf_status rbf_resample_check(bsdfrbf_context *context, const bsdfrbf_model 
 	if (options->threads < 0 || options->components > 15 || !(options->error >= 0 && options->error <= 1)
 			|| !(options->cull >= 0 && options->cull < 100))
 		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "%s: an option is out of its range", who);
+	if (options->embed && options->link)
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "%s: either carry the interpolant or point to it, not both", who);
+	if ((options->embed || options->link) && !model->mapping)
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "%s: a model can be carried, or pointed to, once it was saved and opened", who);
+	if (options->link && (!*options->link || strlen(options->link) >= RBF_CARRIER_PATH))
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "%s: the path to point to is empty or too long", who);
 	for (unsigned n = 0; n < 4; n++)
 		if (model->component[n].present && (!options->components || options->components >> n & 1))
 			*wanted |= 1u << n;

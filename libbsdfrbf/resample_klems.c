@@ -303,7 +303,7 @@ bsdfrbf_status bsdfrbf_write_klems(bsdfrbf_context *context, const bsdfrbf_model
 		}
 		for (unsigned n = 0; n < 4 && solar; n++)
 			write_matrix(xml, b, &sun[n], (int)rbf_luminance(options->solar->channels), (bsdfrbf_component)n, "Solar");
-		rbf_xml_tail(xml);
+		rbf_xml_tail(xml, model, options);
 		status = rbf_xml_finish(xml);
 	}
 	free(xml);

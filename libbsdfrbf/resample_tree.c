@@ -365,6 +365,8 @@ bsdfrbf_status bsdfrbf_write_tree(bsdfrbf_context *context, const bsdfrbf_model 
 			if (model->component[n].mesh.symmetry != RBF_ISOTROPIC)
 				j.inputs = 2;
 		}
+	if (!j.log2)
+		j.log2 = j.inputs == 2 ? 5 : 6;
 	if (j.log2 < 2 || j.log2 > (j.inputs == 2 ? 7 : 8))
 		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "a tree of rank %d has a resolution of 2^2 to 2^%d, not 2^%d", j.inputs + 2,
 			j.inputs == 2 ? 7 : 8, j.log2);
@@ -412,7 +414,7 @@ bsdfrbf_status bsdfrbf_write_tree(bsdfrbf_context *context, const bsdfrbf_model 
 		for (unsigned n = 0; n < 4; n++)
 			if (wanted >> n & 1)
 				write_component(&tree[n], &root[n], limit[n], (bsdfrbf_component)n, xml);
-		rbf_xml_tail(xml);
+		rbf_xml_tail(xml, model, options);
 		status = rbf_xml_finish(xml);
 	}
 	free(xml);

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "carrier.h"
 #include "model.h"
 #include "xml_write.h"
 
@@ -146,9 +147,48 @@ void rbf_xml_head(rbf_xml *xml, const bsdfrbf_model *model, const bsdfrbf_resamp
 	rbf_xml_put(xml, "\t\t<DeviceType>Other</DeviceType>\n\t</Material>\n");
 }
 
-void rbf_xml_tail(rbf_xml *xml)
+static void base64(rbf_xml *xml, const unsigned char *data, size_t bytes)
 {
-	rbf_xml_put(xml, "</Layer>\n</Optical>\n</WindowElement>\n");
+	static const char digit[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+	enum { LINE = 57 };
+	for (size_t at = 0; at < bytes; at += LINE) {
+		const size_t count = bytes - at < LINE ? bytes - at : LINE;
+		char line[LINE / 3 * 4 + 1], *to = line;
+		for (size_t i = 0; i < count; i += 3) {
+			const unsigned char *from = data + at + i;
+			const uint32_t bits = (uint32_t)from[0] << 16 | (i + 1 < count ? (uint32_t)from[1] << 8 : 0) | (i + 2 < count ? from[2] : 0);
+			*to++ = digit[bits >> 18];
+			*to++ = digit[bits >> 12 & 63];
+			*to++ = i + 1 < count ? digit[bits >> 6 & 63] : '=';
+			*to++ = i + 2 < count ? digit[bits & 63] : '=';
+		}
+		*to++ = '\n';
+		append(xml, line, (size_t)(to - line));
+	}
+}
+
+void rbf_xml_tail(rbf_xml *xml, const bsdfrbf_model *model, const bsdfrbf_resample_options *options)
+{
+	rbf_xml_put(xml, "</Layer>\n</Optical>\n");
+	if (options->embed) {
+		append(xml, RBF_CARRIER_DATA, sizeof RBF_CARRIER_DATA - 1);
+		base64(xml, model->mapping, model->mapping_bytes);
+		rbf_xml_put(xml, "-->\n");
+	}
+	if (options->embed || options->link) {
+		rbf_xml_put(xml, RBF_CARRIER_MARK);
+		if (!options->embed) {
+			rbf_xml_put(xml, "file=");
+			for (const char *at = options->link; *at; at++) {
+				const int plain = (*at >= 'a' && *at <= 'z') || (*at >= 'A' && *at <= 'Z') || (*at >= '0' && *at <= '9')
+					|| strchr("._/", *at);
+				rbf_xml_put(xml, plain ? "%c" : "%%%02X", (unsigned char)*at);
+			}
+			rbf_xml_put(xml, " ");
+		}
+		rbf_xml_put(xml, "bytes=%zu checksum=%016llx -->\n", model->mapping_bytes, (unsigned long long)bsdfrbf_checksum(model));
+	}
+	rbf_xml_put(xml, "</WindowElement>\n");
 }
 
 void rbf_xml_data_begin(rbf_xml *xml, bsdfrbf_component component, const char *what, const char *basis)

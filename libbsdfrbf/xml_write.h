@@ -26,7 +26,8 @@ void rbf_xml_number(rbf_xml *xml, double value);
 
 /* From the XML declaration to the end of <Material> and <Geometry>; `facts`: lines for the comment, may be "". */
 void rbf_xml_head(rbf_xml *xml, const bsdfrbf_model *model, const bsdfrbf_resample_options *options, const char *facts);
-void rbf_xml_tail(rbf_xml *xml);
+/* To the end, with the interpolant or where it is (carrier.h) if the options ask for it. */
+void rbf_xml_tail(rbf_xml *xml, const bsdfrbf_model *model, const bsdfrbf_resample_options *options);
 
 /* Opens a <WavelengthData> with the block of one component; `basis` is its complete AngleBasis lines. The caller writes the
  * numbers and closes it. what: "Visible", "Solar", "CIE-X", "CIE-Z", "CIE-u" or "CIE-v". */

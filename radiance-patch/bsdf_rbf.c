@@ -13,6 +13,7 @@
  *   Caches    SDfreeCumulativeCache() calls free() on cdList, and loadBSDF() keeps everything: cdList stays NULL, and
  *             getCDist() answers from a small ring.
  *   Forks     Renderers fork (-n); a model is immutable and nothing here opens a thread.
+ *   Form      BSDFRBF_FORM in the environment may ask for a tensor tree instead; see bsdf_rbf_form.c.
  *
  * Written in C90 with declarations first, as Radiance's own build asks of its files.
  */
@@ -358,61 +359,85 @@ rbf_diffuse(SDValue *value, const bsdfrbf_model *model, bsdfrbf_component which,
 	rbf_value(value, xyz, bsdfrbf_channels(model));
 }
 
-int
-SDisRbf(const char *fname)
+/* Fills sd from the model, which is its own from here on. */
+static SDError
+rbf_fill(SDData *sd, bsdfrbf_model *model)
 {
-	return bsdfrbf_is_rbf(fname);
-}
-
-SDError
-SDloadRbf(SDData *sd, const char *fname)
-{
-	bsdfrbf_context	*context;
-	bsdfrbf_status	status;
 	RBFfile		*file;
 	SDSpectralDF	**slot[4];
 	SDError		ec = SDEnone;
 	int		i;
 
-	file = (RBFfile *)malloc(sizeof(RBFfile));
-	context = bsdfrbf_context_new();
-	if ((file == NULL) | (context == NULL)) {
-		free(file);
-		bsdfrbf_context_free(context);
-		return rbf_error(BSDFRBF_ERR_MEMORY, "Out of memory in SDloadRbf");
+	if ((file = (RBFfile *)malloc(sizeof(RBFfile))) == NULL) {
+		bsdfrbf_close(model);
+		return rbf_error(BSDFRBF_ERR_MEMORY, "Out of memory in rbf_fill");
 	}
-	status = bsdfrbf_open(context, fname, &file->model);
-	if (status != BSDFRBF_OK) {
-		ec = rbf_error(status, bsdfrbf_message(context));
-		bsdfrbf_context_free(context);
-		free(file);
-		return ec;
-	}
-	bsdfrbf_context_free(context);
 	SDerrorDetail[0] = '\0';
+	file->model = model;
 	file->users = 1;			/* ourselves */
-	file->channels = bsdfrbf_channels(file->model);
+	file->channels = bsdfrbf_channels(model);
 	rbf_find_through(file);
 	sd->matn[0] = sd->makr[0] = '\0';
-	strncat(sd->matn, bsdfrbf_get_text(file->model, "name"), SDnameLn-1);
+	strncat(sd->matn, bsdfrbf_get_text(model, "name"), SDnameLn-1);
 	sd->mgf = NULL;
 	sd->dim[0] = sd->dim[1] = sd->dim[2] = 0;
-	rbf_diffuse(&sd->rLambFront, file->model, BSDFRBF_RF, BSDFRBF_RF);
-	rbf_diffuse(&sd->rLambBack, file->model, BSDFRBF_RB, BSDFRBF_RB);
-	rbf_diffuse(&sd->tLambFront, file->model, BSDFRBF_TF, BSDFRBF_TB);
-	rbf_diffuse(&sd->tLambBack, file->model, BSDFRBF_TB, BSDFRBF_TF);
+	rbf_diffuse(&sd->rLambFront, model, BSDFRBF_RF, BSDFRBF_RF);
+	rbf_diffuse(&sd->rLambBack, model, BSDFRBF_RB, BSDFRBF_RB);
+	rbf_diffuse(&sd->tLambFront, model, BSDFRBF_TF, BSDFRBF_TB);
+	rbf_diffuse(&sd->tLambBack, model, BSDFRBF_TB, BSDFRBF_TF);
 	slot[BSDFRBF_RF] = &sd->rf;
 	slot[BSDFRBF_RB] = &sd->rb;
 	slot[BSDFRBF_TF] = &sd->tf;
 	slot[BSDFRBF_TB] = &sd->tb;
 	for (i = 0; ec == SDEnone && i < 4; i++)
-		if (bsdfrbf_has(file->model, (bsdfrbf_component)i))
+		if (bsdfrbf_has(model, (bsdfrbf_component)i))
 			ec = rbf_component(sd, slot[i], file, (bsdfrbf_component)i);
 	if (--file->users == 0) {		/* purely Lambertian, or failed */
-		bsdfrbf_close(file->model);
+		bsdfrbf_close(model);
 		free(file);
 	}
 	if (ec != SDEnone)
 		SDfreeBSDF(sd);
 	return ec;
+}
+
+int
+SDloadRbf(SDError *ec, SDData *sd, const char **fname)
+{
+	const int	carrier = bsdfrbf_is_carrier(*fname);
+	bsdfrbf_context	*context;
+	bsdfrbf_model	*model = NULL;
+	bsdfrbf_status	status = BSDFRBF_ERR_MEMORY;
+	const char	*tree;
+	int		log2, form;
+
+	if (!carrier && !bsdfrbf_is_rbf(*fname))
+		return 0;
+	if ((context = bsdfrbf_context_new()) != NULL)
+		status = bsdfrbf_open(context, *fname, &model);
+	if (status != BSDFRBF_OK) {
+		if (carrier)			/* what Radiance can read is still there */
+			fprintf(stderr, "warning - BSDF \"%s\" is used as resampled, not as interpolated: %s\n",
+					*fname, bsdfrbf_message(context));
+		else
+			*ec = rbf_error(status, context == NULL ? "Out of memory in SDloadRbf" : bsdfrbf_message(context));
+		bsdfrbf_context_free(context);
+		return !carrier;
+	}
+	bsdfrbf_context_free(context);
+	if ((form = rbf_form(&log2)) == 0) {
+		*ec = rbf_fill(sd, model);
+		return 1;
+	}
+	if (form < 0) {
+		strcpy(SDerrorDetail, "Environment: BSDFRBF_FORM is to be direct, ttree or ttree:g, g from 2 to 8");
+		*ec = SDEargument;
+	} else if ((tree = rbf_tree_file(model, log2, RBF_DETAIL)) != NULL)
+		*fname = tree;
+	else {
+		*ec = SDEdata;
+		form = -1;
+	}
+	bsdfrbf_close(model);
+	return form < 0;
 }

@@ -6,11 +6,9 @@
 extern "C" {
 #endif
 
-/* 1 if the file is a recorded interpolant, told by its magic number. */
-extern int	SDisRbf(const char *fname);
-
-/* Fills sd, which SDfreeBSDF() has emptied, from such a file. On failure sd is empty again. */
-extern SDError	SDloadRbf(SDData *sd, const char *fname);
+/* For SDloadFile(), once it has emptied sd. 1: the file was a recorded interpolant, or XML with one, and *ec is the answer
+ * (on failure sd is empty again). 0: *fname is to be parsed as XML; it is the same, or the tree that BSDFRBF_FORM asks for. */
+extern int	SDloadRbf(SDError *ec, SDData *sd, const char **fname);
 
 #ifdef __cplusplus
 }

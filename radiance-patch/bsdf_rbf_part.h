@@ -37,4 +37,10 @@ extern double	rbf_through(const RBFfile *file, const RREAL *v);
 /* Answer of queryProjSA for v2 near -v1; smallest: that of the library. */
 extern double	rbf_through_psa(RBFpart *part, const RREAL *v1, const RREAL *v2, double smallest);
 
+/* What the environment asks for: 0 direct, -1 not understood, else 1: a tree of 2^*log2 cells a side (0: by default). */
+extern int	rbf_form(int *log2);
+
+/* XML of the model's tree, for Radiance's own loader; NULL on failure, with the reason in SDerrorDetail (room characters). */
+extern const char *	rbf_tree_file(const bsdfrbf_model *model, int log2, size_t room);
+
 #endif

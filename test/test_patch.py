@@ -139,7 +139,7 @@ class PatchTest(unittest.TestCase):
                     inside = False
             self.assertEqual(b"".join(lines), before[path][0], path)
         new = {os.path.join(folder, name) for name in (
-            "bsdf_rbf.c", "bsdf_rbf_through.c", "bsdf_rbf.h", "bsdf_rbf_part.h", "bsdfrbf.h")}
+            "bsdf_rbf.c", "bsdf_rbf_form.c", "bsdf_rbf_through.c", "bsdf_rbf.h", "bsdf_rbf_part.h", "bsdfrbf.h")}
         self.assertEqual(set(after) - set(before), new)
         self.assertEqual(patch("apply", root).returncode, 0)
         self.assertEqual(after, snapshot(root), "applying twice is the same as once, and rewrites nothing")
@@ -166,7 +166,7 @@ class PatchTest(unittest.TestCase):
         patch("apply", root)
         with open(os.path.join(root, "src/common/bsdf.c")) as file:
             text = file.read()
-        self.assertEqual(text.count("SDloadRbf(sd, fname)"), 1)
+        self.assertEqual(text.count("SDloadRbf(&rbf_error, sd, &fname)"), 1)
         self.assertLess(text.index("SDfreeBSDF(sd)"), text.index("SDloadRbf"))
         self.assertLess(text.index("SDloadRbf"), text.index("ezxml_parse_file"))
 
@@ -207,7 +207,7 @@ class PatchTest(unittest.TestCase):
         path = os.path.join(root, "src/common/bsdf.c")
         with open(path, "rb") as file:
             text = file.read()
-        older = text.replace(b"return SDloadRbf(sd, fname);", b"return SDloadOld(sd);")
+        older = text.replace(b"return rbf_error;", b"return SDloadOld(sd);")
         with open(path, "wb") as file:
             file.write(older)
         self.assertEqual(patch("check", root).returncode, 1)
