@@ -192,9 +192,11 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 	const uint32_t y = rbf_luminance(c->channels);
 	float centre[3], corner[9][3], radius = 0;
 	for (int n = 0; n < 9; n++) {
-		const float square[2] = {(float)(ix + .5 * (n % 3)) * (2.f / RBF_CULL_GRID) - 1,
-			(float)(iy + .5 * (n / 3)) * (2.f / RBF_CULL_GRID) - 1};
-		rbf_direction_from_square(square, corner[n]);
+		const double disc[2] = {(ix + .5 * (n % 3)) * (2. / RBF_CULL_GRID) - 1, (iy + .5 * (n / 3)) * (2. / RBF_CULL_GRID) - 1};
+		double d[3];
+		rbf_direction_from_disc(disc, d);
+		for (int k = 0; k < 3; k++)
+			corner[n][k] = (float)d[k];
 	}
 	memcpy(centre, corner[4], sizeof centre);
 	for (int n = 0; n < 9; n++) {
@@ -203,12 +205,12 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 	}
 	radius = radius * 1.02f + reach;
 	float smallest = INFINITY;
-	rbf_kernel_job job = {.blocks = set->blocks, .block = c->block + set->first, .amplitude = c->amplitude + set->first + (size_t)y * c->blocks,
+	rbf_kernel_job job = {.weight = 1, .blocks = set->blocks, .block = c->block + set->first, .amplitude = c->amplitude + set->first + (size_t)y * c->blocks,
 		.stride = c->blocks, .channels = 1, .mask = ~(uint64_t)0, .group = group};
 	for (int n = 0; n < 9; n++) {
 		float value[3];
 		memcpy(job.direction, corner[n], sizeof job.direction);
-		rbf_kernel_sum(&job, value);
+		rbf_kernel_sum(&job, 1, value);
 		smallest = fminf(smallest, value[0]);
 	}
 	for (uint32_t g = 0; g < groups; g++) {

@@ -170,62 +170,78 @@ void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], 
 		share[k] = fminf(share[k] / total, RBF_VALID_GAIN);
 }
 
-uint64_t rbf_site_groups(const rbf_component *c, uint32_t set, const float direction[3])
+/* Word of the culling masks for a set and a direction in the base's coordinates, or NULL: everything counts. */
+static const uint64_t *groups_at(const rbf_component *c, uint32_t set, const float direction[3])
 {
 	if (!c->cull || !(direction[2] > 0))
-		return ~(uint64_t)0;
-	float square[2];
-	int cell[2];
-	rbf_square_from_direction(direction, square);
+		return NULL;
+	float disc[2];
+	uint32_t cell[2];
+	rbf_disc_from_direction(direction, disc);
 	for (int n = 0; n < 2; n++) {
-		const float t = (square[n] + 1) * (RBF_CULL_GRID * .5f); /* may be not a number */
-		cell[n] = t > 0 ? t < RBF_CULL_GRID ? (int)t : RBF_CULL_GRID - 1 : 0;
+		const float t = (disc[n] + 1) * (RBF_CULL_GRID * .5f); /* may be not a number */
+		cell[n] = t > 0 ? t < RBF_CULL_GRID ? (uint32_t)t : RBF_CULL_GRID - 1 : 0;
 	}
-	return c->cull[(size_t)set * (RBF_CULL_GRID * RBF_CULL_GRID) + (size_t)(cell[1] * RBF_CULL_GRID + cell[0])];
+	return c->cull + (size_t)set * (RBF_CULL_GRID * RBF_CULL_GRID) + cell[1] * RBF_CULL_GRID + cell[0];
 }
 
-void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const float mapped[3], float value[3])
+/* What is to be summed at a folded exitant direction, one job for every corner and frame that counts. */
+static uint32_t jobs_at(const rbf_site *site, const float exitant[3], uint32_t channels, rbf_kernel_job job[RBF_SITE_JOBS])
 {
 	const rbf_component *c = site->component;
-	const uint32_t s = site->base[corner] * c->frames + frame;
-	const rbf_set *set = rbf_bound_set(c, s);
-	value[0] = value[1] = value[2] = 0;
-	if (!set->blocks)
-		return;
-	rbf_kernel_job job;
-	job.blocks = set->blocks;
-	job.block = c->block + set->first;
-	job.amplitude = c->amplitude + set->first;
-	job.stride = c->blocks;
-	job.channels = c->channels;
-	job.group = (set->blocks + 63) / 64;
-	rbf_mirror(site->vertex_op[corner], mapped, job.direction);
-	const uint32_t start = set->first - c->set[site->base[corner] * c->frames].first;
-	for (int n = 0; n < 2; n++) {
-		job.shift[n] = site->shift[corner][n] ? site->shift[corner][n] + start : NULL;
-		job.shift_weight[n] = site->shift_weight[corner][n];
-	}
-	job.mask = rbf_site_groups(c, s, job.direction);
-	rbf_kernel_sum(&job, value);
-}
-
-void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3])
-{
-	const rbf_component *c = site->component;
-	value[0] = value[1] = value[2] = 0;
+	const uint64_t *mask[RBF_SITE_JOBS];
+	uint32_t jobs = 0;
 	for (uint32_t f = 0; f < c->frames; f++) {
 		float share[3], factor[3], mapped[3][3];
 		rbf_site_map(site, f, exitant, share, factor, mapped);
 		for (uint32_t k = 0; k < site->corners; k++) {
+			const uint32_t s = site->base[k] * c->frames + f;
+			const rbf_set *set = rbf_bound_set(c, s);
 			const float w = site->weight[k] * share[k] * factor[k];
-			if (!(w > 0))
+			if (!(w > 0) || !set->blocks)
 				continue;
-			float lobes[3];
-			rbf_site_lobes(site, k, f, mapped[k], lobes);
-			for (uint32_t n = 0; n < c->channels; n++)
-				value[n] += w * lobes[n];
+			rbf_kernel_job *j = &job[jobs];
+			rbf_mirror(site->vertex_op[k], mapped[k], j->direction);
+			mask[jobs] = groups_at(c, s, j->direction);
+			if (mask[jobs])
+				__builtin_prefetch(mask[jobs]);
+			j->weight = w;
+			j->blocks = set->blocks;
+			j->block = c->block + set->first;
+			j->amplitude = c->amplitude + set->first;
+			j->stride = c->blocks;
+			j->channels = channels;
+			j->group = (set->blocks + 63) / 64;
+			const uint32_t start = set->first - c->set[site->base[k] * c->frames].first;
+			for (int n = 0; n < 2; n++) {
+				j->shift[n] = site->shift[k][n] ? site->shift[k][n] + start : NULL;
+				j->shift_weight[n] = site->shift_weight[k][n];
+			}
+			jobs++;
 		}
 	}
+	for (uint32_t n = 0; n < jobs; n++)
+		job[n].mask = mask[n] ? *mask[n] : ~(uint64_t)0;
+	return jobs;
+}
+
+void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3])
+{
+	rbf_kernel_job job[RBF_SITE_JOBS];
+	value[0] = value[1] = value[2] = 0;
+	rbf_kernel_sum(job, jobs_at(site, exitant, site->component->channels, job), value);
+}
+
+void rbf_site_width(const rbf_site *site, const float exitant[3], float sum[2])
+{
+	const rbf_component *c = site->component;
+	rbf_kernel_job job[RBF_SITE_JOBS];
+	float value[3] = {0, 0, 0};
+	const uint32_t jobs = jobs_at(site, exitant, RBF_KERNEL_WIDTH, job);
+	for (uint32_t n = 0; n < jobs; n++)
+		job[n].amplitude += (size_t)rbf_luminance(c->channels) * c->blocks;
+	rbf_kernel_sum(job, jobs, value);
+	memcpy(sum, value, 2 * sizeof *sum);
 }
 
 void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3])

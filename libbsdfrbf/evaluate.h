@@ -10,6 +10,8 @@
 /* Largest gain that a corner can take over from corners whose mapped direction is less valid (map.h). */
 #define RBF_VALID_GAIN 2.f
 
+#define RBF_SITE_JOBS (3 * RBF_MAX_FRAMES)
+
 typedef struct rbf_site {
 	const rbf_component *component;
 	float incident[3];          /* in the component's half space, folded */
@@ -43,14 +45,11 @@ void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[
  * mapped[k], factor[k]: the mapped direction and value factor of each corner. */
 void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3]);
 
-/* Mask of the groups of a set's blocks that matter at a mapped direction, in the base's coordinates (model.h, culling). */
-uint64_t rbf_site_groups(const rbf_component *component, uint32_t set, const float direction[3]);
-
-/* Value of one corner's lobes in one frame at a mapped direction. */
-void rbf_site_lobes(const rbf_site *site, uint32_t corner, uint32_t frame, const float mapped[3], float value[3]);
-
 /* DSF without the Lambertian part at a folded exitant direction (z > 0), before the limit at the horizon. */
 void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3]);
+
+/* Luminance of the same, and with each lobe's value times its kappa. */
+void rbf_site_width(const rbf_site *site, const float exitant[3], float sum[2]);
 
 /* f without the Lambertian part, sr^-1; exitant in the component's half space, not folded. */
 void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3]);

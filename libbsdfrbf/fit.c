@@ -357,7 +357,7 @@ static int equations(work *k, int channels)
 	return 0;
 }
 
-/* Position along a Hilbert curve over the square map: neighbours in order are neighbours in direction, which keeps
+/* Position along a Hilbert curve over the square map, 27 bits: neighbours in order are neighbours in direction, which keeps
  * blocks compact and stratified sampling stratified. */
 static uint32_t hilbert(const float direction[3])
 {
@@ -379,7 +379,13 @@ static uint32_t hilbert(const float direction[3])
 			x[1] = t;
 		}
 	}
-	return order;
+	return order >> 5;
+}
+
+/* Lobes of like width, within a factor of 2, follow each other: a broad one would keep a block of narrow ones in sight everywhere. */
+static uint32_t rank_of(const float centre[3], double kappa)
+{
+	return ((uint32_t)fmin(fmax(.5 * log2(kappa), 0), 31) << 27) + hilbert(centre);
 }
 
 typedef struct ranked { uint32_t order, lobe; } ranked;
@@ -409,7 +415,7 @@ static int keep(const work *k, int channels, rbf_lobes *out)
 		for (int c = 0; c < channels; c++)
 			energy = fmax(energy, amplitude[c][j] * rbf_lobe_integral(k->kappa[j]));
 		if (energy > 1e-8 * total)
-			rank[count++] = (ranked){hilbert(k->centre[j]), j};
+			rank[count++] = (ranked){rank_of(k->centre[j], k->kappa[j]), j};
 	}
 	qsort(rank, count, sizeof *rank, by_order);
 	if (rbf_lobes_new(out, count, (uint32_t)channels)) {

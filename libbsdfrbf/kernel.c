@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "kernel.h"
 
-void rbf_kernel_reference(const rbf_kernel_job *job, float sum[3])
+static void add_job(const rbf_kernel_job *job, uint32_t channels, double total[3])
 {
-	double total[3] = {0, 0, 0};
 	for (uint32_t b = 0; b < job->blocks; b++) {
 		if (!(job->mask >> (b / job->group) & 1))
 			continue;
@@ -25,21 +24,29 @@ void rbf_kernel_reference(const rbf_kernel_job *job, float sum[3])
 			for (int n = 0; n < 3; n++)
 				d2 += (c[n] - job->direction[n]) * (c[n] - job->direction[n]);
 			const double e = exp(-.5 * block->k[i] * d2);
-			for (uint32_t channel = 0; channel < job->channels; channel++)
-				total[channel] += e * job->amplitude[b + channel * job->stride].a[i];
+			for (uint32_t channel = 0; channel < channels; channel++)
+				total[channel] += job->weight * e * (channels != RBF_KERNEL_WIDTH ? job->amplitude[b + channel * job->stride].a[i]
+					: job->amplitude[b].a[i] * (channel ? block->k[i] : 1));
 		}
 	}
-	for (uint32_t channel = 0; channel < job->channels; channel++)
+}
+
+void rbf_kernel_reference(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
+{
+	double total[3] = {0, 0, 0};
+	for (uint32_t n = 0; n < jobs; n++)
+		add_job(job + n, job->channels, total);
+	for (uint32_t channel = 0; jobs && channel < job->channels; channel++)
 		sum[channel] = (float)total[channel];
 }
 
-void rbf_kernel_sum(const rbf_kernel_job *job, float sum[3])
+void rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
 {
 #if defined(__x86_64__)
 	if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-		rbf_kernel_avx2(job, sum);
+		rbf_kernel_avx2(job, jobs, sum);
 		return;
 	}
 #endif
-	rbf_kernel_generic(job, sum);
+	rbf_kernel_generic(job, jobs, sum);
 }

@@ -19,86 +19,119 @@ static inline vf load(const float *p)
 	return v;
 }
 
-static inline vf select_less(vf a, vf b, vf yes, vf no)
+static inline vf all(float x)
 {
-	const vi m = a < b;
-	return (vf)((m & (vi)yes) | (~m & (vi)no));
+	return (vf){x, x, x, x, x, x, x, x};
 }
 
-/* 2^t for t <= 0, relative error below 3e-7; exactly 0 below 2^-126. */
+static inline vf largest(vf a, vf b)
+{
+#if defined(__AVX__)
+	return (vf)__builtin_ia32_maxps256(a, b);
+#else
+	const vi m = a < b;
+	return (vf)((m & (vi)b) | (~m & (vi)a));
+#endif
+}
+
+/* 2^t for t <= 0, relative error below 3e-7; never below 2^-100, so that no product becomes denormal. */
 static inline vf exp2_negative(vf t)
 {
-	const vf low = {-126, -126, -126, -126, -126, -126, -126, -126};
-	const vf zero = {0};
-	const vf u = select_less(t, low, low, t);
-	/* floor for u in [-126, 0]: shift into positive range so that truncation rounds down */
-	/* unsigned, so that it wraps where a damaged file has a negative or no number */
-	const vu n = (vu)__builtin_convertvector(u + 127.f, vi) - 127;
-	const vf x = u - __builtin_convertvector((vi)n, vf);
-	/* minimax polynomial of 2^x on [0, 1], degree 6 (Remez) */
-	vf p = x * 2.1702255e-4f + 1.2439688e-3f;
-	p = p * x + 9.6788317e-3f;
-	p = p * x + 5.5483342e-2f;
-	p = p * x + 2.4022984e-1f;
-	p = p * x + 6.9314698e-1f;
-	p = p * x + 1.0000000f;
-	const vf r = (vf)((vu)p + (n << 23));
-	return select_less(t, low, zero, r);
+	const vf u = largest(t, all(-100));
+	const vf shifted = u + 12582912.f; /* 1.5 x 2^23: the nearest whole number is in the low bits, also of what is no number */
+	const vf x = u - (shifted - 12582912.f);
+	/* minimax polynomial of 2^x on [-1/2, 1/2], degree 5: 7.5e-8 */
+	vf p = x * 1.32764716e-3f + 9.67554138e-3f;
+	p = p * x + 5.55071328e-2f;
+	p = p * x + 2.40221197e-1f;
+	p = p * x + 6.93146967e-1f;
+	p = p * x + 1.00000007f;
+	return (vf)((vu)p + ((vu)shifted << 23));
 }
 
-void RBF_KERNEL_NAME(const rbf_kernel_job *job, float sum[3])
+/* exp(-kappa/2 |direction - centre|^2), eight lobes. */
+static inline vf lobes_at(const float *kappa, vf x, vf y, vf z, vf dx, vf dy, vf dz)
 {
-	const float dx = job->direction[0], dy = job->direction[1], dz = job->direction[2];
-	const uint32_t blocks = job->blocks, group = job->group;
-	vf total[3] = {{0}, {0}, {0}};
-	uint64_t mask = job->mask;
-	while (mask) {
-		const uint32_t g = (uint32_t)__builtin_ctzll(mask);
-		mask &= mask - 1;
-		const uint32_t begin = g * group;
-		if (begin >= blocks)
-			break;
-		const uint32_t end = begin + group < blocks ? begin + group : blocks;
-		for (uint32_t b = begin; b < end; b++) {
-			const rbf_block *block = job->block + b;
-			vf x = load(block->x), y = load(block->y), z = load(block->z);
-			vf d2;
-			if (job->shift[0] || job->shift[1]) {
-				for (int n = 0; n < 2; n++)
-					if (job->shift[n]) {
-						const rbf_shift *s = job->shift[n] + b;
-						const float w = job->shift_weight[n];
-						x += load(s->x) * w;
-						y += load(s->y) * w;
-						z += load(s->z) * w;
-					}
-				const vf q = x*x + y*y + z*z;
-				/* 1/sqrt(q), q near 1: a series start and three Newton steps, exact to float for 0.2 < q < 2.5 */
-				vf r = 1.5f - 0.5f * q;
-				const vf low = {.6f, .6f, .6f, .6f, .6f, .6f, .6f, .6f};
-				r = select_less(r, low, low, r);
-				r = r * (1.5f - 0.5f * q * r * r);
-				r = r * (1.5f - 0.5f * q * r * r);
-				r = r * (1.5f - 0.5f * q * r * r);
-				x *= r;
-				y *= r;
-				z *= r;
-			}
-			x -= dx;
-			y -= dy;
-			z -= dz;
-			d2 = x*x + y*y + z*z;
-			const vf e = exp2_negative(load(block->k) * d2 * -0.72134752f); /* log2(e)/2 */
-			const rbf_amplitude *a = job->amplitude + b;
-			total[0] += e * load(a->a);
-			if (job->channels == 3) {
-				total[1] += e * load(a[job->stride].a);
-				total[2] += e * load(a[2 * job->stride].a);
-			}
+	x -= dx;
+	y -= dy;
+	z -= dz;
+	return exp2_negative(load(kappa) * (x*x + y*y + z*z) * -0.72134752f); /* log2(e)/2 */
+}
+
+static inline vf moved_lobes_at(const rbf_kernel_job *job, uint32_t b, vf dx, vf dy, vf dz)
+{
+	const rbf_block *block = job->block + b;
+	vf x = load(block->x), y = load(block->y), z = load(block->z);
+	for (int n = 0; n < 2; n++)
+		if (job->shift[n]) {
+			const rbf_shift *s = job->shift[n] + b;
+			const float w = job->shift_weight[n];
+			x += load(s->x) * w;
+			y += load(s->y) * w;
+			z += load(s->z) * w;
+		}
+	const vf q = x*x + y*y + z*z;
+	/* 1/sqrt(q), q near 1: a series start and three Newton steps, exact to float for 0.2 < q < 2.5 */
+	vf r = largest(1.5f - 0.5f * q, all(.6f));
+	r = r * (1.5f - 0.5f * q * r * r);
+	r = r * (1.5f - 0.5f * q * r * r);
+	r = r * (1.5f - 0.5f * q * r * r);
+	return lobes_at(block->k, x * r, y * r, z * r, dx, dy, dz);
+}
+
+/* Adds the blocks from `begin` to `end`. */
+static inline void add_blocks(const rbf_kernel_job *job, uint32_t begin, uint32_t end, uint32_t channels, vf dx, vf dy, vf dz, vf total[3])
+{
+	const int moves = job->shift[0] || job->shift[1];
+	for (uint32_t b = begin; b < end; b++) {
+		const rbf_block *block = job->block + b;
+		const rbf_amplitude *a = job->amplitude + b;
+		const vf e = moves ? moved_lobes_at(job, b, dx, dy, dz)
+			: lobes_at(block->k, load(block->x), load(block->y), load(block->z), dx, dy, dz);
+		total[0] += e * load(a->a);
+		if (channels == RBF_KERNEL_WIDTH)
+			total[1] += e * load(a->a) * load(block->k);
+		else if (channels == 3) {
+			total[1] += e * load(a[job->stride].a);
+			total[2] += e * load(a[2 * job->stride].a);
 		}
 	}
-	for (uint32_t c = 0; c < job->channels; c++) {
-		const vf t = total[c];
+}
+
+/* Inlined with constant `channels` and `group`, so that the common case is one short loop. */
+static inline __attribute__((always_inline)) void add_groups(const rbf_kernel_job *job, uint32_t channels, uint32_t group, vf total[3])
+{
+	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
+	const uint32_t blocks = job->blocks, groups = (blocks + group - 1) / group;
+	uint64_t mask = groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
+	for (; mask; mask &= mask - 1) {
+		const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * group;
+		add_blocks(job, begin, blocks - begin < group ? blocks : begin + group, channels, dx, dy, dz, total);
+	}
+}
+
+void RBF_KERNEL_NAME(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
+{
+	vf all_total[3] = {{0}, {0}, {0}};
+	const uint32_t channels = jobs ? job->channels : 0;
+	for (const rbf_kernel_job *end = job + jobs; job < end; job++) {
+		vf total[3] = {{0}, {0}, {0}};
+		if (!job->blocks)
+			continue;
+		if (channels == 1) {
+			if (job->group == 1)
+				add_groups(job, 1, 1, total);
+			else
+				add_groups(job, 1, job->group, total);
+			all_total[0] += total[0] * job->weight;
+		} else {
+			add_groups(job, channels, job->group, total);
+			for (int n = 0; n < 3; n++)
+				all_total[n] += total[n] * job->weight;
+		}
+	}
+	for (uint32_t c = 0; c < channels; c++) {
+		const vf t = all_total[c];
 		sum[c] = ((t[0] + t[4]) + (t[1] + t[5])) + ((t[2] + t[6]) + (t[3] + t[7]));
 	}
 }

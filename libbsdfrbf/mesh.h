@@ -48,7 +48,7 @@ typedef struct rbf_element {
 	                        [0][1] is 1 / (theta at v[1] - theta at v[0]), the rest is 0 */
 } rbf_element;
 
-#define RBF_MESH_GRID 64 /* cells a side of the locator, over the square of rbf_square_from_direction() in vector.h */
+#define RBF_MESH_GRID 64 /* cells a side of the locator, over the disc of rbf_disc_from_direction() in vector.h (a chain: over theta) */
 
 typedef struct rbf_mesh {
 	rbf_symmetry symmetry;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
- * Locator of the mesh: which elements, and outside which borders, a cell of the square map can meet.
+ * Locator of the mesh: which elements, and outside which borders, a cell of the disc can meet.
  *
  * Everything is tested against a cap (centre and angular radius) that encloses the cell, so that no curved cell
  * outline is ever needed and no candidate is missed; first for blocks of 8 x 8 cells, then for the cells of the
@@ -37,44 +37,25 @@ typedef struct builder {
 	size_t entries, room;
 } builder;
 
-/* Cap about the square of half width h around (x, y). In the concentric map with radius r = 2 theta / pi a step
- * (da, db), a being the larger coordinate, moves the direction by pi/2 |da| along the meridian and by at most
- * pi/4 sin(theta)/r (|db| + |b/a| |da|) across it. sin(theta)/r falls with r, so that its value at the smallest r
- * bounds it. */
+/* Cap about the square of half width h around (x, y), or what the disc has of it. With r^2 = 1 - z a step along the radius is
+ * sqrt(2 / (1 - r^2/2)) times as long on the sphere, one across it sqrt(2 - r^2) times. The disc is convex, and taking a
+ * centre that lies outside to its edge brings it no further from any point inside. */
 static cap enclose(double x, double y, double h)
 {
 	cap c;
-	const float square[2] = { (float)x, (float)y };
-	float d[3];
-	rbf_direction_from_square(square, d);
-	for (int i = 0; i < 3; i++)
-		c.centre[i] = d[i];
-	const double large = fmax(fabs(x), fabs(y)) - h, small = fmin(fabs(x), fabs(y)) + h;
-	const double ratio = large > small ? small / large : 1;
-	const double stretch = large > 0 ? sin(RBF_PI / 2 * large) / large : RBF_PI / 2;
-	const double radius = h * hypot(RBF_PI / 2, RBF_PI / 4 * stretch * (1 + ratio)) + SLACK;
+	const double disc[2] = { x, y }, largest = fmin(hypot(fabs(x) + h, fabs(y) + h), 1);
+	rbf_direction_from_disc(disc, c.centre);
+	const double radius = fmin(h * sqrt(2) * sqrt(2 / (1 - largest * largest / 2)) + SLACK, RBF_PI / 2);
 	c.cosine = cos(radius);
 	c.sine = sin(radius);
 	return c;
 }
 
-/* The caps of one octant, mirrored into the others. */
 static void enclose_all(cap *out, int side)
 {
-	const double h = 1.0 / side;
-	const int half = side / 2;
-	for (int j = 0; j < half; j++)
-		for (int i = j; i < half; i++) {
-			const cap c = enclose((2 * i + 1) * h, (2 * j + 1) * h, h);
-			for (int k = 0; k < 8; k++) {
-				const int major = k & 1 ? half - 1 - i : half + i, minor = k & 2 ? half - 1 - j : half + j;
-				cap *o = &out[k & 4 ? major * side + minor : minor * side + major];
-				*o = c;
-				const double u = k & 1 ? -c.centre[0] : c.centre[0], v = k & 2 ? -c.centre[1] : c.centre[1];
-				o->centre[0] = k & 4 ? v : u;
-				o->centre[1] = k & 4 ? u : v;
-			}
-		}
+	for (int j = 0; j < side; j++)
+		for (int i = 0; i < side; i++)
+			out[j * side + i] = enclose((2 * i + 1.) / side - 1, (2 * j + 1.) / side - 1, 1. / side);
 }
 
 static int add_entry(builder *g, uint32_t cell, uint32_t item)

@@ -18,16 +18,15 @@ static inline float least(float a, float b)
 }
 
 /* Weights in an element, normalised but not clipped. */
-static void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
+static inline void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
 {
 	const rbf_element *e = &mesh->element[index];
 	const float w0 = rbf_dot(e->inverse[0], d), w1 = rbf_dot(e->inverse[1], d), w2 = rbf_dot(e->inverse[2], d);
-	const float sum = w0 + w1 + w2;
-	if (!(sum > 0))
+	const float sum = w0 + w1 + w2, lowest = least(least(w0, w1), w2);
+	if (!(sum > 0) || !(lowest > best->quality * sum))
 		return;
-	const float scale = 1 / sum, quality = least(least(w0, w1), w2) * scale;
-	if (quality > best->quality)
-		*best = (place){ index, quality, { w0 * scale, w1 * scale, w2 * scale } };
+	const float scale = 1 / sum;
+	*best = (place){ index, lowest * scale, { w0 * scale, w1 * scale, w2 * scale } };
 }
 
 static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place *best)
@@ -110,14 +109,14 @@ uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner
 {
 	const int isotropic = mesh->symmetry == RBF_ISOTROPIC;
 	place element = { 0, -INFINITY, { 1, 0, 0 } }, border = { RBF_MESH_BORDER, -INFINITY, { 1, 0, 0 } };
-	float square[2], theta = 0;
+	float disc[2], theta = 0;
 	if (isotropic) {
-		theta = atan2f(hypotf(d[0], d[1]), fmaxf(d[2], 0));
-		square[0] = theta * (float)(2 / RBF_PI);
-		square[1] = 0;
+		theta = rbf_polar_angle(d);
+		disc[0] = theta * (float)(2 / RBF_PI);
+		disc[1] = 0;
 	} else
-		rbf_square_from_direction(d, square);
-	const uint32_t cell = cell_of(square[1]) * RBF_MESH_GRID + cell_of(square[0]);
+		rbf_disc_from_direction(d, disc);
+	const uint32_t cell = cell_of(disc[1]) * RBF_MESH_GRID + cell_of(disc[0]);
 	uint32_t k, last;
 	rbf_bound_cell(mesh, cell, &k, &last);
 	if (k == last)

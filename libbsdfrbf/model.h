@@ -42,7 +42,7 @@ typedef struct rbf_set {
 	double mass[2];     /* totals of the two cumulative tables below, luminance, sr */
 } rbf_set;
 
-#define RBF_CULL_GRID 24 /* cells a side over the square map of the exitant hemisphere */
+#define RBF_CULL_GRID 28 /* cells a side over the disc (rbf_disc_from_direction) of the exitant hemisphere */
 
 /* What is known of one measured incidence. */
 typedef struct rbf_base_info {

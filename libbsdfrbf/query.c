@@ -83,52 +83,6 @@ float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const flo
 /* Width of what is seen: lobes weighted by their contribution in one direction, or by their energy over all. */
 typedef struct width { double weight, kappa; } width;
 
-/* In one direction: the kernel sums the lobes' values, and as a second channel their values times kappa. */
-static void collect_there(const rbf_site *site, const float exitant[3], width *w)
-{
-	enum { CHUNK = 64 };
-	const rbf_component *c = site->component;
-	const rbf_amplitude *luminance = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
-	rbf_amplitude local[3 * CHUNK];
-	memset(local + 2 * CHUNK, 0, CHUNK * sizeof *local);
-	for (uint32_t f = 0; f < c->frames; f++) {
-		float share[3], factor[3], mapped[3][3];
-		rbf_site_map(site, f, exitant, share, factor, mapped);
-		for (uint32_t k = 0; k < site->corners; k++) {
-			const uint32_t s = site->base[k] * c->frames + f;
-			const rbf_set *set = rbf_bound_set(c, s);
-			const float part = site->weight[k] * share[k] * factor[k];
-			rbf_kernel_job job = {.amplitude = local, .stride = CHUNK, .channels = 3, .group = 1};
-			if (!(part > 0) || !set->blocks)
-				continue;
-			rbf_mirror(site->vertex_op[k], mapped[k], job.direction);
-			const uint64_t groups = rbf_site_groups(c, s, job.direction);
-			const uint32_t group = (set->blocks + 63) / 64, start = set->first - c->set[site->base[k] * c->frames].first;
-			for (uint32_t from = 0; from < set->blocks; from += CHUNK) {
-				job.blocks = set->blocks - from < CHUNK ? set->blocks - from : CHUNK;
-				job.block = c->block + set->first + from;
-				job.mask = 0;
-				for (uint32_t b = 0; b < job.blocks; b++) {
-					if (!(groups >> ((from + b) / group) & 1))
-						continue;
-					job.mask |= (uint64_t)1 << b;
-					local[b] = luminance[set->first + from + b];
-					for (int i = 0; i < RBF_LANES; i++)
-						local[CHUNK + b].a[i] = local[b].a[i] * job.block[b].k[i];
-				}
-				for (int n = 0; n < 2; n++) {
-					job.shift[n] = site->shift[k][n] ? site->shift[k][n] + start + from : NULL;
-					job.shift_weight[n] = site->shift_weight[k][n];
-				}
-				float sum[3];
-				rbf_kernel_sum(&job, sum);
-				w->weight += (double)(part * sum[0]);
-				w->kappa += (double)(part * sum[1]);
-			}
-		}
-	}
-}
-
 static void collect_all(const rbf_site *site, width *w)
 {
 	const rbf_component *c = site->component;
@@ -160,7 +114,10 @@ void bsdfrbf_resolution(const bsdfrbf_model *model, const float incident[3], con
 			float folded[3];
 			rbf_site_locate(q.component, q.incident, &site);
 			rbf_site_fold(&site, q.exitant, folded);
-			collect_there(&site, folded, &w);
+			float sum[2];
+			rbf_site_width(&site, folded, sum);
+			w.weight = (double)sum[0];
+			w.kappa = (double)sum[1];
 			cosine = fmax((double)q.exitant[2], .05);
 		}
 	} else {

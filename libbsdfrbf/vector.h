@@ -38,6 +38,15 @@ static inline float rbf_arctangent(float t)
 		+ s * (-0.05591038f + s * (0.021861634f + s * -0.0040542081f)))))));
 }
 
+/* Angle to +z of a unit direction, z >= 0 (below: as if z were 0). */
+static inline float rbf_polar_angle(const float d[3])
+{
+	const float z = d[2] > 0 ? d[2] : 0, s2 = d[0]*d[0] + d[1]*d[1], sine = s2 > 0 ? sqrtf(s2) : 0;
+	if (sine < z)
+		return rbf_arctangent(sine / z);
+	return (float)(RBF_PI / 2) - (sine > 0 ? rbf_arctangent(z / sine) : (float)(RBF_PI / 2));
+}
+
 /* Equal-angle square map of the hemisphere z >= 0: concentric (Shirley and Chiu, A low distortion map between disk
  * and square, 1997) with radius theta / (pi/2). Result in [-1, 1]^2; z < 0 is treated as z = 0. */
 static inline void rbf_square_from_direction(const float d[3], float square[2])
@@ -52,6 +61,24 @@ static inline void rbf_square_from_direction(const float d[3], float square[2])
 	const float across = r * (float)(4 / RBF_PI) * rbf_arctangent(fminf(x, y) / fmaxf(x, y));
 	square[0] = copysignf(x >= y ? r : across, d[0]);
 	square[1] = copysignf(x >= y ? across : r, d[1]);
+}
+
+/* Equal-area map of the hemisphere z >= 0 onto the unit disc (Lambert, Anmerkungen und Zusaetze, 1772), for tables that are looked
+ * up often: no more than a root and a division. A step in the disc is at least half as long as on the sphere. */
+static inline void rbf_disc_from_direction(const float d[3], float disc[2])
+{
+	const float scale = 1 / sqrtf(1 + (d[2] > 0 ? d[2] : 0));
+	disc[0] = d[0] * scale;
+	disc[1] = d[1] * scale;
+}
+
+/* Points outside the disc are taken to its edge. */
+static inline void rbf_direction_from_disc(const double disc[2], double d[3])
+{
+	const double r = sqrt(disc[0]*disc[0] + disc[1]*disc[1]), scale = r > 1 ? 1 / r : sqrt(2 - r*r);
+	d[0] = disc[0] * scale;
+	d[1] = disc[1] * scale;
+	d[2] = r > 1 ? 0 : 1 - r*r;
 }
 
 static inline void rbf_direction_from_square(const float square[2], float d[3])

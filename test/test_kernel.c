@@ -59,14 +59,14 @@ static void vectors_agree_with_reference(void **state)
 				}
 			}
 		float expected[3], sum[3];
-		rbf_kernel_reference(&job, expected);
-		void (*const kernel[3])(const rbf_kernel_job *, float *) = {rbf_kernel_sum, rbf_kernel_generic,
+		rbf_kernel_reference(&job, 1, expected);
+		void (*const kernel[3])(const rbf_kernel_job *, uint32_t, float *) = {rbf_kernel_sum, rbf_kernel_generic,
 #if defined(__x86_64__)
 			__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? rbf_kernel_avx2 :
 #endif
 			rbf_kernel_generic};
 		for (int k = 0; k < 3; k++) {
-			kernel[k](&job, sum);
+			kernel[k](&job, 1, sum);
 			/* a centre is a float: half an ulp of 1 (6e-8) at kappa d = 1e5 x .01 shifts the exponent by 1e-4 */
 			for (uint32_t n = 0; n < job.channels; n++)
 				if (!(fabsf(sum[n] - expected[n]) <= 3e-4f * expected[n] + 1e-7f))
