@@ -107,7 +107,7 @@ static void cross(const float a[3], const float b[3], float c[3])
 /* Angle from p along the unit tangent g to the horizon. */
 static float to_horizon(const float p[3], const float g[3])
 {
-	return fmaxf(atan2f(p[2], -g[2]), 1e-4f);
+	return rbf_max(atan2f(p[2], -g[2]), 1e-4f);
 }
 
 rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float weight[2], const float d[3])
@@ -132,7 +132,7 @@ rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float 
 	else
 		point.around = turn > 0 ? 4 - turn : 0;
 	if (far > 0)
-		point.out = fminf(atan2f(far, near) / to_horizon(p, g), 1.f);
+		point.out = rbf_min(atan2f(far, near) / to_horizon(p, g), 1.f);
 	return point;
 }
 

@@ -56,7 +56,7 @@ static float scale_outside(const rbf_component *c, uint32_t border, const float 
 		nearest[n] = weight[0] * a[n] + weight[1] * b[n];
 	rbf_normalize(nearest);
 	rbf_dhr_outside(c, border, weight, incident, value, edge);
-	const float most = edge[y] * fmaxf(incident[2], RBF_DHR_Z), here = value[y] * fmaxf(nearest[2], RBF_DHR_Z);
+	const float most = edge[y] * rbf_max(incident[2], RBF_DHR_Z), here = value[y] * rbf_max(nearest[2], RBF_DHR_Z);
 	const float scale = most < here ? most / here : 1;
 	for (uint32_t n = 0; n < c->channels; n++)
 		value[n] *= scale;
@@ -167,7 +167,7 @@ void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], 
 		total += site->weight[k] * share[k];
 	}
 	for (uint32_t k = 0; k < site->corners; k++)
-		share[k] = fminf(share[k] / total, RBF_VALID_GAIN);
+		share[k] = rbf_min(share[k] / total, RBF_VALID_GAIN);
 }
 
 /* Word of the culling masks for a set and a direction in the base's coordinates, or NULL: everything counts. */
@@ -249,7 +249,7 @@ void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3])
 	float folded[3];
 	rbf_site_fold(site, exitant, folded);
 	rbf_site_dsf(site, folded, value);
-	const float scale = site->scale / fmaxf(folded[2], RBF_HORIZON_Z);
+	const float scale = site->scale / rbf_max(folded[2], RBF_HORIZON_Z);
 	for (uint32_t n = 0; n < site->component->channels; n++)
 		value[n] *= scale;
 }
@@ -266,7 +266,7 @@ void rbf_component_dhr(const rbf_component *c, const float incident[3], float va
 	else
 		rbf_dhr_inside(c, item, weight, value);
 	for (uint32_t n = 0; n < c->channels; n++)
-		value[n] /= fmaxf(site.incident[2], RBF_DHR_Z);
+		value[n] /= rbf_max(site.incident[2], RBF_DHR_Z);
 }
 
 static int unit(const float in[3], float out[3])

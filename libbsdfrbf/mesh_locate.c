@@ -11,18 +11,12 @@ typedef struct place {
 	float weight[3];
 } place;
 
-/* fminf() is a call unless the compiler may assume finite numbers. */
-static inline float least(float a, float b)
-{
-	return a < b ? a : b;
-}
-
 /* Weights in an element, normalised but not clipped. */
 static inline void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
 {
 	const rbf_element *e = &mesh->element[index];
 	const float w0 = rbf_dot(e->inverse[0], d), w1 = rbf_dot(e->inverse[1], d), w2 = rbf_dot(e->inverse[2], d);
-	const float sum = w0 + w1 + w2, lowest = least(least(w0, w1), w2);
+	const float sum = w0 + w1 + w2, lowest = rbf_min(rbf_min(w0, w1), w2);
 	if (!(sum > 0) || !(lowest > best->quality * sum))
 		return;
 	const float scale = 1 / sum;
@@ -33,7 +27,7 @@ static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place
 {
 	const rbf_element *e = &mesh->element[index];
 	const float t = (theta - e->inverse[0][0]) * e->inverse[0][1];
-	const float quality = least(t, 1 - t);
+	const float quality = rbf_min(t, 1 - t);
 	if (quality > best->quality)
 		*best = (place){ index, quality, { 1 - t, t, 0 } };
 }

@@ -19,10 +19,10 @@ static const float TWIST = .05f;        /* what two rotations one after the othe
 void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, float *gain, float *slant)
 {
 	const float spread = (kappa > 0 ? SPREAD / sqrtf(kappa) : 4) + r->motion;
-	const float lobe = acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + spread;
-	float lowest = cosf(fminf(lobe + r->margin + TWIST, (float)(RBF_PI / 2))); /* z at another corner */
+	const float lobe = acosf(rbf_min(rbf_max(centre[2], -1.f), 1.f)) + spread;
+	float lowest = cosf(rbf_min(lobe + r->margin + TWIST, (float)(RBF_PI / 2))); /* z at another corner */
 	if (rbf_map_shifts(r->map)) {
-		const float s = sinf(fminf(lobe, (float)(RBF_PI / 2))) + 2 * sinf(.5f * r->margin);
+		const float s = sinf(rbf_min(lobe, (float)(RBF_PI / 2))) + 2 * sinf(.5f * r->margin);
 		lowest = s < 1 ? sqrtf(1 - s*s) : 0;
 	}
 	const float v = lowest * (1 / RBF_VALID_Z);
@@ -30,9 +30,9 @@ void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, floa
 	*slant = 0;
 	if (r->map == RBF_MAP_HALF) {
 		/* exitant directions above the horizon map to at most `beyond` below it */
-		const float theta = acosf(fminf(fmaxf(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
-		const float half = .5f * fminf(acosf(fminf(fmaxf(rbf_dot(r->base, centre), -1.f), 1.f)) + spread, theta);
-		*slant = half < 1.55f ? fminf(tanf(half), RBF_SLANT_MAX) : RBF_SLANT_MAX;
+		const float theta = acosf(rbf_min(rbf_max(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
+		const float half = .5f * rbf_min(acosf(rbf_min(rbf_max(rbf_dot(r->base, centre), -1.f), 1.f)) + spread, theta);
+		*slant = half < 1.55f ? rbf_min(tanf(half), RBF_SLANT_MAX) : RBF_SLANT_MAX;
 	}
 }
 
@@ -74,7 +74,7 @@ static void around(const float centre[3], double w, double cosine, double sine, 
 /* Jakob, Numerically stable sampling of the von Mises-Fisher distribution on S2, 2012. */
 void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3])
 {
-	const double rest = u + (1 - u) * exp(-2. * kappa), phi = 2 * RBF_PI * v;
+	const double rest = kappa > 20 ? u : u + (1 - u) * exp(-2. * kappa), phi = 2 * RBF_PI * v;
 	around(centre, rest > 0 ? fmin(-log(rest) / kappa, 2) : 2, cos(phi), sin(phi), out);
 }
 
@@ -89,7 +89,7 @@ static float carry(const rbf_site *site, uint32_t corner, uint32_t frame, const 
 		return 0;
 	float share[3], gain[3], mapped[3][3];
 	rbf_site_map(site, frame, exitant, share, gain, mapped);
-	return factor * share[corner] * fminf(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
+	return factor * share[corner] * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
 }
 
 static uint64_t scramble(uint64_t *state) /* SplitMix64: Steele et al., Fast splittable pseudorandom number generators, 2014 */
@@ -105,16 +105,34 @@ static double uniform(uint64_t *state)
 	return (double)(scramble(state) >> 11) * 0x1p-53;
 }
 
+/* The even bits of x, moved together. */
+static uint64_t even_bits(uint64_t x)
+{
+	x &= 0x5555555555555555u;
+	x = (x | x >> 1) & 0x3333333333333333u;
+	x = (x | x >> 2) & 0x0f0f0f0f0f0f0f0fu;
+	x = (x | x >> 4) & 0x00ff00ff00ff00ffu;
+	x = (x | x >> 8) & 0x0000ffff0000ffffu;
+	return (x | x >> 16) & 0xffffffffu;
+}
+
 void rbf_split_number(double u, double *a, double *b)
 {
 	const uint64_t bits = (uint64_t)(u * 0x1p40);
-	uint64_t x = 0, y = 0;
-	for (int i = 0; i < 20; i++) {
-		x |= (bits >> (2 * i) & 1) << i;
-		y |= (bits >> (2 * i + 1) & 1) << i;
+	*a = ((double)even_bits(bits) + .5) * 0x1p-20;
+	*b = ((double)even_bits(bits >> 1) + .5) * 0x1p-20;
+}
+
+/* First of `count` rising numbers that is above the target, or the last one. No branch that could be guessed wrong. */
+static uint32_t first_above(const float *rising, uint32_t count, float target)
+{
+	uint32_t low = 0;
+	while (count > 1) {
+		const uint32_t half = count / 2;
+		low = rising[low + half - 1] > target ? low : low + half;
+		count -= half;
 	}
-	*a = ((double)x + .5) * 0x1p-20;
-	*b = ((double)y + .5) * 0x1p-20;
+	return low;
 }
 
 int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
@@ -150,17 +168,9 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 		/* the lobe */
 		const float *cumulative = c->cumulative + table * lanes + (size_t)set->first * RBF_LANES;
 		const float target = (float)(u * set->mass[table]);
-		uint32_t low = 0, high = set->blocks * RBF_LANES;
-		if (!high)
+		if (!set->blocks)
 			return 0;
-		high--;
-		while (low < high) {
-			const uint32_t middle = (low + high) / 2;
-			if (cumulative[middle] > target)
-				high = middle;
-			else
-				low = middle + 1;
-		}
+		const uint32_t low = first_above(cumulative, set->blocks * RBF_LANES, target);
 		const double from = low ? cumulative[low - 1] : 0, step = cumulative[low] - from;
 		u = step > 0 ? (u * set->mass[table] - from) / step : .5;
 		u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
@@ -235,7 +245,7 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			const rbf_warp *warp = &site->warp[k][f];
 			const int fixed = c->frame[f] == RBF_MAP_FIXED, turns = fixed || (c->frame[f] >= RBF_MAP_MIRROR && c->frame[f] <= RBF_MAP_RETRO);
-			const float turn = fixed ? 0 : acosf(fminf(rbf_dot(warp->i, warp->k), 1.f));
+			const float turn = fixed ? 0 : acosf(rbf_min(rbf_dot(warp->i, warp->k), 1.f));
 			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
 				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
 				const float kappa = c->block[block].k[lane];
@@ -245,7 +255,7 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 				rbf_site_centre(site, k, block, lane, centre);
 				/* clear of the horizon, where shares are even and nothing is lost */
 				const int inside = (fixed || c->reach[(size_t)block * RBF_LANES + lane] == 1)
-					&& acosf(fminf(fmaxf(centre[2], -1.f), 1.f)) + SPREAD / sqrtf(kappa) + turn < 1.56f;
+					&& acosf(rbf_min(rbf_max(centre[2], -1.f), 1.f)) + SPREAD / sqrtf(kappa) + turn < 1.56f;
 				double mean = 1; /* a rotation keeps the energy */
 				const double energy = (double)site->weight[k] * rbf_lobe_integral((double)kappa);
 				if (!turns || !inside) {

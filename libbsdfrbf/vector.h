@@ -6,15 +6,30 @@
 
 #define RBF_PI 3.14159265358979323846
 
+/* fminf() and fmaxf() are calls unless the compiler may assume finite numbers. Of two where one is no number: the second. */
+static inline float rbf_min(float a, float b)
+{
+	return a < b ? a : b;
+}
+
+static inline float rbf_max(float a, float b)
+{
+	return a > b ? a : b;
+}
+
 static inline float rbf_dot(const float a[3], const float b[3])
 {
 	return a[0]*b[0] + a[1]*b[1] + a[2]*b[2];
 }
 
-/* Normalises in place; returns the former length, 0 (and leaves v alone) if it has none. */
+/* Normalises in place; returns the former length, 0 (and leaves v alone) if it has none. What is a unit vector but for rounding stays
+ * as it is. */
 static inline float rbf_normalize(float v[3])
 {
-	const double length = sqrt((double)v[0]*v[0] + (double)v[1]*v[1] + (double)v[2]*v[2]);
+	const double square = (double)v[0]*v[0] + (double)v[1]*v[1] + (double)v[2]*v[2];
+	if (square > 1 - 2e-7 && square < 1 + 2e-7)
+		return 1;
+	const double length = sqrt(square);
 	if (!(length > 0) || !isfinite(length))
 		return 0;
 	for (int i = 0; i < 3; i++)
