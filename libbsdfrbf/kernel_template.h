@@ -98,40 +98,70 @@ static inline void add_blocks(const rbf_kernel_job *job, uint32_t begin, uint32_
 	}
 }
 
-/* Inlined with constant `channels` and `group`, so that the common case is one short loop. */
-static inline __attribute__((always_inline)) void add_groups(const rbf_kernel_job *job, uint32_t channels, uint32_t group, vf total[3])
+static inline uint64_t groups_of(const rbf_kernel_job *job)
+{
+	const uint32_t groups = (job->blocks + job->group - 1) / job->group;
+	return groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
+}
+
+/* The common case, one short loop: one channel, groups of one block, no motion. */
+static inline vf one_channel(const rbf_kernel_job *job)
 {
 	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
-	const uint32_t blocks = job->blocks, groups = (blocks + group - 1) / group;
-	uint64_t mask = groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
-	for (; mask; mask &= mask - 1) {
-		const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * group;
-		add_blocks(job, begin, blocks - begin < group ? blocks : begin + group, channels, dx, dy, dz, total);
+	const rbf_block *block = job->block;
+	const rbf_amplitude *amplitude = job->amplitude;
+	vf total = all(0);
+	for (uint64_t mask = job->blocks >= 64 ? job->mask : job->mask & (((uint64_t)1 << job->blocks) - 1); mask; mask &= mask - 1) {
+		const uint32_t b = (uint32_t)__builtin_ctzll(mask);
+		total += load(amplitude[b].a) * lobes_at(block[b].k, load(block[b].x), load(block[b].y), load(block[b].z), dx, dy, dz);
 	}
+	return total;
+}
+
+/* Inlined with a constant number of channels. */
+static inline __attribute__((always_inline)) void any_channels(const rbf_kernel_job *job, uint32_t channels, vf all_total[3])
+{
+	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
+	vf total[3] = {{0}, {0}, {0}};
+	for (uint64_t mask = groups_of(job); mask; mask &= mask - 1) {
+		const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * job->group;
+		add_blocks(job, begin, job->blocks - begin < job->group ? job->blocks : begin + job->group, channels, dx, dy, dz, total);
+	}
+	for (uint32_t n = 0; n < channels; n++)
+		all_total[n] += total[n] * job->weight;
+}
+
+static inline float across(vf t)
+{
+	return ((t[0] + t[4]) + (t[1] + t[5])) + ((t[2] + t[6]) + (t[3] + t[7]));
 }
 
 void RBF_KERNEL_NAME(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
 {
-	vf all_total[3] = {{0}, {0}, {0}};
-	const uint32_t channels = jobs ? job->channels : 0;
-	for (const rbf_kernel_job *end = job + jobs; job < end; job++) {
-		vf total[3] = {{0}, {0}, {0}};
+	const rbf_kernel_job *const end = job + jobs;
+	if (!jobs)
+		return;
+	const uint32_t channels = job->channels;
+	if (channels == 1) {
+		vf total = all(0);
+		for (; job < end && job->group <= 1 && !job->shift[0] && !job->shift[1]; job++)
+			total += one_channel(job) * job->weight;
+		sum[0] = across(total);
+		if (job == end)
+			return;
+	} else
+		for (uint32_t c = 0; c < channels; c++)
+			sum[c] = 0;
+	vf total[3] = {{0}, {0}, {0}};
+	for (; job < end; job++)
 		if (!job->blocks)
 			continue;
-		if (channels == 1) {
-			if (job->group == 1)
-				add_groups(job, 1, 1, total);
-			else
-				add_groups(job, 1, job->group, total);
-			all_total[0] += total[0] * job->weight;
-		} else {
-			add_groups(job, channels, job->group, total);
-			for (int n = 0; n < 3; n++)
-				all_total[n] += total[n] * job->weight;
-		}
-	}
-	for (uint32_t c = 0; c < channels; c++) {
-		const vf t = all_total[c];
-		sum[c] = ((t[0] + t[4]) + (t[1] + t[5])) + ((t[2] + t[6]) + (t[3] + t[7]));
-	}
+		else if (channels == RBF_KERNEL_WIDTH)
+			any_channels(job, RBF_KERNEL_WIDTH, total);
+		else if (channels == 3)
+			any_channels(job, 3, total);
+		else
+			any_channels(job, 1, total);
+	for (uint32_t c = 0; c < channels; c++)
+		sum[c] += across(total[c]);
 }
