@@ -12,6 +12,7 @@
 
 static const char *program = "bsdfrbf";
 static int bar_length;        /* 0: no bar */
+static double bar_started, bar_last; /* seconds */
 static char bar_shown[512];   /* what stands on the terminal, "" if nothing */
 static volatile sig_atomic_t caught;
 
@@ -54,6 +55,16 @@ void cmd_fail(const char *format, ...)
 	exit(1);
 }
 
+void cmd_misuse(const char *format, ...)
+{
+	va_list arguments;
+	va_start(arguments, format);
+	say("", format, arguments);
+	va_end(arguments);
+	fprintf(stderr, "Usage: %s %s\n", program, cmd_usage);
+	exit(1);
+}
+
 static void warn(void *unused, const char *text)
 {
 	(void)unused;
@@ -80,30 +91,37 @@ bsdfrbf_model *cmd_open(bsdfrbf_context *context, const char *path)
 
 /* ----------------------------------------------------------------- options */
 
-void cmd_long_option(const char *word, const char *usage, const char *help)
+const char *cmd_option(int argc, char **argv, int *at, const char *lead)
 {
+	const char *word = *at < argc ? argv[*at] : "";
+	if (!word[0] || !strchr(lead, word[0]) || !word[1])
+		return NULL;
+	if (!strcmp(word, "--")) {
+		++*at;
+		return NULL;
+	}
 	if (!strcmp(word, "--help")) {
-		printf("Usage: %s %s\n%s", program, usage, help);
+		printf("Usage: %s %s\n%sExit status: 0, or 1 after an error. More: man %s\n", program, cmd_usage, cmd_help, program);
 		exit(fflush(stdout) ? 1 : 0);
 	}
 	if (!strcmp(word, "--version")) {
 		printf("%s %s\n", program, bsdfrbf_version());
 		exit(fflush(stdout) ? 1 : 0);
 	}
-	cmd_unknown(word, usage);
+	return word;
 }
 
-void cmd_unknown(const char *word, const char *usage)
+void cmd_unknown(const char *word)
 {
-	cmd_fail("unknown option '%s'\nUsage: %s %s", word, program, usage);
+	cmd_misuse("unknown option '%s'", word);
 }
 
-const char *cmd_value(int argc, char **argv, int *at, const char *usage)
+const char *cmd_value(int argc, char **argv, int *at)
 {
 	if (argv[*at][2])
 		return argv[*at] + 2;
 	if (*at + 1 >= argc)
-		cmd_fail("option '%s' needs a value\nUsage: %s %s", argv[*at], program, usage);
+		cmd_misuse("option '%s' needs a value", argv[*at]);
 	return argv[++*at];
 }
 
@@ -128,27 +146,45 @@ double cmd_real(const char *option, const char *text, double low, double high)
 
 /* ---------------------------------------------------------------- progress */
 
+static double seconds(void)
+{
+	struct timespec t;
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Time that is left if the rest goes as what is done, once that can be told: "  1:05 left". */
+static void time_left(char *text, size_t room, double elapsed, double done)
+{
+	const double left = done > 0 ? elapsed / done - elapsed : 0;
+	if (elapsed < 2 || done < .02 || done > .995 || left > 359999)
+		snprintf(text, room, "%10s", "");
+	else if (left < 3600)
+		snprintf(text, room, "%2d:%02d left", (int)left / 60, (int)left % 60);
+	else
+		snprintf(text, room, "%3d h left", (int)(left / 3600 + .5));
+}
+
 static int show(void *unused, const char *stage, double done)
 {
 	(void)unused;
-	static struct timespec last;
-	struct timespec now;
 	if (bar_length > 0 && !caught) {
-		char text[sizeof bar_shown];
-		const int room = bar_length - 27 > 4 ? bar_length - 27 : 4;
+		enum { FIXED = 38 }; /* stage, brackets, per cent, time */
+		char text[sizeof bar_shown], left[32];
+		const double time = seconds();
+		const int room = bar_length - FIXED > 4 ? bar_length - FIXED : 4;
 		const int full = (int)(done * room + .5);
 		int at = snprintf(text, sizeof text, "%-18.18s [", stage);
-		for (int i = 0; i < room && at < (int)sizeof text - 8; i++)
+		for (int i = 0; i < room && at < (int)sizeof text - 24; i++)
 			text[at++] = i < full ? '=' : ' ';
-		snprintf(text + at, sizeof text - (size_t)at, "] %3.0f %%", 100 * done);
+		time_left(left, sizeof left, time - bar_started, done);
+		snprintf(text + at, sizeof text - (size_t)at, "] %3.0f %% %.10s", 100 * done, left);
 		/* Ten times a second is enough for the eye, and cheap however often the library reports. */
-		clock_gettime(CLOCK_MONOTONIC, &now);
-		const double since = (double)(now.tv_sec - last.tv_sec) + 1e-9 * (double)(now.tv_nsec - last.tv_nsec);
-		if (strcmp(text, bar_shown) && (since > .1 || !bar_shown[0])) {
+		if (strcmp(text, bar_shown) && (time - bar_last > .1 || !bar_shown[0])) {
 			fprintf(stderr, "\r%s", text);
 			fflush(stderr);
 			strcpy(bar_shown, text);
-			last = now;
+			bar_last = time;
 		}
 	}
 	return caught != 0;
@@ -157,6 +193,7 @@ static int show(void *unused, const char *stage, double done)
 void cmd_progress(bsdfrbf_context *context, int length)
 {
 	bar_length = length > 400 ? 400 : length;
+	bar_started = seconds();
 	bsdfrbf_set_progress(context, show, NULL);
 }
 

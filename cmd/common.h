@@ -14,13 +14,19 @@ const char *cmd_name(void);
 void cmd_say(const char *format, ...) __attribute__((format(printf, 1, 2)));
 _Noreturn void cmd_fail(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-/* Answers --help (usage and `help` on stdout) and --version, then exits with 0; any other word that starts with
- * two dashes is a mistake, as is an unknown option: message, usage, exit 1. */
-void cmd_long_option(const char *word, const char *usage, const char *help);
-_Noreturn void cmd_unknown(const char *word, const char *usage);
+/* A mistake in the options: message and usage, exit 1. */
+_Noreturn void cmd_misuse(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* What the command's manual page says: usage behind the name, and the options (doc/man/man2help.c). */
+extern const char cmd_usage[], cmd_help[];
+
+/* The option at argv[*at], or NULL where the files begin; "--" is passed over. `lead`: characters that an option may start
+ * with, "-" or "-+". Answers --help and --version itself, and exits. */
+const char *cmd_option(int argc, char **argv, int *at, const char *lead);
+_Noreturn void cmd_unknown(const char *word);
 
 /* The value of the option at argv[*at]: attached ("-n4") or the next word ("-n 4"). Exits if there is none. */
-const char *cmd_value(int argc, char **argv, int *at, const char *usage);
+const char *cmd_value(int argc, char **argv, int *at);
 
 /* Numbers within [low, high]; anything else exits with a message that names the option. */
 long cmd_integer(const char *option, const char *text, long low, long high);

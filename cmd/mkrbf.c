@@ -12,18 +12,6 @@
 #include <time.h>
 #include <unistd.h>
 
-static const char usage[] = "[-n threads][-s symmetry][-t][-g angle|A][-l lobes][-pC][-q] -o out.rbf meas1 [meas2 ..]";
-static const char help[] =
-	"Builds an interpolant from BSDF measurements (Mountain or Zemax text) and records it for Radiance and rbfquery.\n"
-	"  -o out.rbf   where to\n"
-	"  -n threads   how many work at once (all processors)\n"
-	"  -s symmetry  isotropic, quadrilateral, bilateral, up, anisotropic (first letter is enough) or auto\n"
-	"  -t           the sample was mounted the other way round: exchange front and back\n"
-	"  -g angle|A   leave out samples nearer to grazing than this, in degrees; A: than the incident directions\n"
-	"  -l lobes     Gaussian lobes per incident direction (chosen from the data)\n"
-	"  -pC          progress bar of C characters, -p none (79 on a terminal)\n"
-	"  -q           quiet: errors and warnings only\n";
-
 typedef struct options {
 	bsdfrbf_build_options build;
 	const char *output;
@@ -46,31 +34,26 @@ static char symmetry_letter(const char *text)
 
 static int read_options(int argc, char **argv, options *o)
 {
+	const char *word;
 	int at;
-	for (at = 1; at < argc && argv[at][0] == '-' && argv[at][1]; at++) {
-		const char *word = argv[at];
-		if (!strcmp(word, "--"))
-			return at + 1;
+	for (at = 1; (word = cmd_option(argc, argv, &at, "-")); at++)
 		switch (word[1]) {
-		case '-':
-			cmd_long_option(word, usage, help);
-			break;
 		case 'o':
-			o->output = cmd_value(argc, argv, &at, usage);
+			o->output = cmd_value(argc, argv, &at);
 			break;
 		case 'n':
-			o->build.threads = (int)cmd_integer("-n", cmd_value(argc, argv, &at, usage), 1, 1024);
+			o->build.threads = (int)cmd_integer("-n", cmd_value(argc, argv, &at), 1, 1024);
 			break;
 		case 's':
-			o->symmetry = cmd_value(argc, argv, &at, usage);
+			o->symmetry = cmd_value(argc, argv, &at);
 			o->build.symmetry = symmetry_letter(o->symmetry);
 			break;
 		case 'g':
-			o->grazing = cmd_value(argc, argv, &at, usage);
+			o->grazing = cmd_value(argc, argv, &at);
 			o->grazing_deg = toupper((unsigned char)o->grazing[0]) == 'A' ? -1 : cmd_real("-g", o->grazing, 0, 90);
 			break;
 		case 'l':
-			o->build.lobes = (int)cmd_integer("-l", cmd_value(argc, argv, &at, usage), 1, 100000);
+			o->build.lobes = (int)cmd_integer("-l", cmd_value(argc, argv, &at), 1, 100000);
 			break;
 		case 'p': /* -p alone is "none", as in bsdf2klems(1) */
 			o->bar = word[2] ? (int)cmd_integer("-p", word + 2, 0, 400) : 0;
@@ -78,19 +61,18 @@ static int read_options(int argc, char **argv, options *o)
 		case 't':
 		case 'q':
 			if (word[2])
-				cmd_unknown(word, usage);
+				cmd_unknown(word);
 			if (word[1] == 't')
 				o->reverse = !o->reverse;
 			else
 				o->quiet = 1;
 			break;
 		default:
-			cmd_unknown(word, usage);
+			cmd_unknown(word);
 		}
-	}
 	for (int i = at; i < argc; i++)
 		if (argv[i][0] == '-' && argv[i][1] && access(argv[i], F_OK))
-			cmd_fail("option '%s' stands after a file: options come first\nUsage: %s %s", argv[i], cmd_name(), usage);
+			cmd_misuse("option '%s' stands after a file: options come first", argv[i]);
 	return at;
 }
 
@@ -99,7 +81,7 @@ static void check_output(const options *o, int files, char **file)
 {
 	struct stat out, in;
 	if (!o->output || !*o->output)
-		cmd_fail("no output file: give -o out.rbf\nUsage: %s %s", cmd_name(), usage);
+		cmd_misuse("no output file: give -o out.rbf");
 	const int exists = !stat(o->output, &out);
 	if (exists && S_ISDIR(out.st_mode))
 		cmd_fail("%s: is a directory; give the name of a file", o->output);
@@ -201,7 +183,7 @@ int main(int argc, char **argv)
 	bsdfrbf_build_defaults(&o.build);
 	const int at = read_options(argc, argv, &o), files = argc - at;
 	if (files < 1)
-		cmd_fail("no measurement files\nUsage: %s %s", cmd_name(), usage);
+		cmd_misuse("no measurement files");
 	check_output(&o, files, argv + at);
 
 	bsdfrbf_context *context = cmd_context();

@@ -5,13 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char usage[] = "[-b basis][-w [-solar file.rbf|visible]]" XML_USAGE " file.rbf";
-static const char help[] =
-	"Writes Klems matrices as XML on standard output.\n"
-	"  -b name  basis: full (default), half or quarter; or -f, -h, -q as with bsdf2klems\n"
-	"  -w       for WINDOW: all four components, full basis; needs the thickness, -s t=.003\n"
-	"  -solar f Solar data for WINDOW: from another .rbf file, or `visible' for a copy of the visible data\n" XML_HELP;
-
 static bsdfrbf_basis basis_of(const char *text)
 {
 	static const char *const name[3] = {"full", "half", "quarter"};
@@ -25,31 +18,25 @@ int main(int argc, char **argv)
 {
 	bsdfrbf_resample_options options;
 	const char *solar = NULL;
+	const char *word;
 	int at;
 	xml_start(argc, argv, &options);
-	for (at = 1; at < argc && argv[at][0] == '-' && argv[at][1]; at++) {
-		const char *word = argv[at];
-		if (!strcmp(word, "--")) {
-			at++;
-			break;
-		}
-		if (word[1] == '-')
-			cmd_long_option(word, usage, help);
-		else if (!strcmp(word, "-solar")) {
+	for (at = 1; (word = cmd_option(argc, argv, &at, "-")); at++) {
+		if (!strcmp(word, "-solar")) {
 			if (++at >= argc)
-				cmd_fail("option '-solar' needs a value\nUsage: %s %s", cmd_name(), usage);
+				cmd_misuse("option '-solar' needs a value");
 			solar = argv[at];
 		} else if (!strcmp(word, "-w"))
 			options.window = 1;
 		else if (!strcmp(word, "-h") || !strcmp(word, "-q") || !strcmp(word, "-f"))
 			options.basis = basis_of(word + 1);
 		else if (word[1] == 'b')
-			options.basis = basis_of(cmd_value(argc, argv, &at, usage));
-		else if (!xml_option(argc, argv, &at, usage, &options))
-			cmd_unknown(word, usage);
+			options.basis = basis_of(cmd_value(argc, argv, &at));
+		else if (!xml_option(argc, argv, &at, &options))
+			cmd_unknown(word);
 	}
 	if (argc - at != 1)
-		cmd_fail("exactly one .rbf file is needed\nUsage: %s %s", cmd_name(), usage);
+		cmd_misuse("exactly one .rbf file is needed");
 	bsdfrbf_context *context = cmd_context();
 	bsdfrbf_model *model = cmd_open(context, argv[at]), *second = NULL;
 	if (solar && strcmp(solar, "visible"))

@@ -7,11 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char usage[] = "[-v] file.rbf ..";
-static const char help[] =
-	"Says what a recorded interpolant holds and how well it fits the measurements.\n"
-	"  -v    also the source files and a table of the incident directions\n";
-
 #define DEGREES (180 / 3.14159265358979323846)
 
 static const char *const component_name[4] = {"rf (front reflection)", "rb (back reflection)", "tf (front transmission)",
@@ -133,22 +128,17 @@ static void print_sections(const bsdfrbf_model *model)
 
 int main(int argc, char **argv)
 {
+	const char *word;
 	int verbose = 0, at;
 	cmd_start(argv[0]);
-	for (at = 1; at < argc && argv[at][0] == '-' && argv[at][1]; at++) {
-		if (!strcmp(argv[at], "--")) {
-			at++;
-			break;
-		}
-		if (argv[at][1] == '-')
-			cmd_long_option(argv[at], usage, help);
-		else if (!strcmp(argv[at], "-v"))
+	for (at = 1; (word = cmd_option(argc, argv, &at, "-")); at++) {
+		if (!strcmp(word, "-v"))
 			verbose = 1;
 		else
-			cmd_unknown(argv[at], usage);
+			cmd_unknown(word);
 	}
 	if (at == argc)
-		cmd_fail("no .rbf file\nUsage: %s %s", cmd_name(), usage);
+		cmd_misuse("no .rbf file");
 	bsdfrbf_context *context = cmd_context();
 	for (int i = at; i < argc; i++) {
 		bsdfrbf_model *model = cmd_open(context, argv[i]);

@@ -9,16 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char usage[] = "[-u][-c][-fio][-d | -s N] file.rbf";
-static const char help[] =
-	"Reads pairs of vectors (incident, outgoing; six numbers) from standard input and writes the BSDF of each, in sr^-1\n"
-	"and without the cosine. Vectors point away from the surface, +Z is the front; any length but zero.\n"
-	"  -c    X Y Z instead of Y\n"
-	"  -fio  format of input and output: a ASCII, f float, d double; -ff is float for both\n"
-	"  -d    incident vectors only: writes reflectance and transmittance (DHR)\n"
-	"  -s N  incident vectors only: writes N outgoing vectors each, distributed as f |cos|\n"
-	"  -u    accepted for bsdfquery's sake: output is never held back\n";
-
 enum { BLOCK = 8192 };
 
 typedef struct query {
@@ -188,32 +178,30 @@ static void query_samples(query *q, size_t samples)
 
 int main(int argc, char **argv)
 {
+	const char *word;
 	char in = 'a', out = 'a';
 	int colour = 0, dhr = 0, at;
 	long samples = 0;
 	cmd_start(argv[0]);
-	for (at = 1; at < argc && argv[at][0] == '-' && argv[at][1]; at++) {
-		const char *word = argv[at];
-		if (!strcmp(word, "--")) {
-			at++;
-			break;
+	for (at = 1; (word = cmd_option(argc, argv, &at, "-")); at++) {
+		if (word[1] == 'f') {
+			const size_t letters = strspn(word + 2, "afd");
+			if (letters < 1 || letters > 2 || word[2 + letters])
+				cmd_misuse("option '-f' takes one or two of a, f, d, such as -ff, not '%s'", word);
+			in = word[2];
+			out = letters > 1 ? word[3] : word[2];
 		}
-		if (word[1] == '-')
-			cmd_long_option(word, usage, help);
-		else if (word[1] == 'f' && word[2] && strchr("afd", word[2]) && (!word[3] || (strchr("afd", word[3]) && !word[4])))
-			in = word[2], out = word[3] ? word[3] : word[2];
 		else if (word[1] == 's')
-			samples = cmd_integer("-s", cmd_value(argc, argv, &at, usage), 1, 1000000000);
+			samples = cmd_integer("-s", cmd_value(argc, argv, &at), 1, 1000000000);
 		else if (!strcmp(word, "-c"))
 			colour = 1;
 		else if (!strcmp(word, "-d"))
 			dhr = 1;
 		else if (strcmp(word, "-u"))
-			cmd_unknown(word, usage);
+			cmd_unknown(word);
 	}
 	if (argc - at != 1 || (dhr && samples))
-		cmd_fail("%s\nUsage: %s %s", dhr && samples ? "-d and -s exclude each other" : "exactly one .rbf file is needed",
-			cmd_name(), usage);
+		cmd_misuse("%s", dhr && samples ? "-d and -s exclude each other" : "exactly one .rbf file is needed");
 
 	bsdfrbf_context *context = cmd_context();
 	bsdfrbf_model *model = cmd_open(context, argv[at]);

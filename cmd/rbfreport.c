@@ -9,12 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char usage[] = "[-t][-q] file.rbf [meas1 ..] > report.html";
-static const char help[] =
-	"Writes a web page on standard output: the interpolant of file.rbf and, if they are given, the measurements beside it.\n"
-	"  -t    the sample was mounted the other way round (as mkrbf -t; known from the file if mkrbf was told)\n"
-	"  -q    quiet: errors only\n";
-
 static const char *const component_name[4] = {"front reflection", "back reflection", "front transmission", "back transmission"};
 
 enum { PAGE_BYTES = 5000000 };
@@ -72,25 +66,19 @@ static void write_text(const bsdfrbf_model *model, const char *key)
 
 int main(int argc, char **argv)
 {
+	const char *word;
 	int at, reverse = 0, quiet = 0;
 	cmd_start(argv[0]);
-	for (at = 1; at < argc && argv[at][0] == '-' && argv[at][1]; at++) {
-		const char *word = argv[at];
-		if (!strcmp(word, "--")) {
-			at++;
-			break;
-		}
-		if (word[1] == '-')
-			cmd_long_option(word, usage, help);
-		else if (!strcmp(word, "-t"))
+	for (at = 1; (word = cmd_option(argc, argv, &at, "-")); at++) {
+		if (!strcmp(word, "-t"))
 			reverse = 1;
 		else if (!strcmp(word, "-q"))
 			quiet = 1;
 		else
-			cmd_unknown(word, usage);
+			cmd_unknown(word);
 	}
 	if (at == argc)
-		cmd_fail("no .rbf file\nUsage: %s %s", cmd_name(), usage);
+		cmd_misuse("no .rbf file");
 	bsdfrbf_context *context = cmd_context();
 	bsdfrbf_model *model = cmd_open(context, argv[at]);
 	reverse |= has_option(bsdfrbf_get_text(model, "command"), " -t");

@@ -47,10 +47,10 @@ static unsigned components_of(const char *list)
 	return bits;
 }
 
-static void set_text(const char *text, const char *usage, bsdfrbf_resample_options *options)
+static void set_text(const char *text, bsdfrbf_resample_options *options)
 {
 	if (!text[0] || text[1] != '=')
-		cmd_fail("option '-s' takes n=, m=, t=, w= or h= with a text or a number, not '%s'\nUsage: %s %s", text, cmd_name(), usage);
+		cmd_misuse("option '-s' takes n=, m=, t=, w= or h= with a text or a number, not '%s'", text);
 	switch (text[0]) {
 	case 'n': options->name = text + 2; break;
 	case 'm': options->manufacturer = text + 2; break;
@@ -61,7 +61,7 @@ static void set_text(const char *text, const char *usage, bsdfrbf_resample_optio
 	}
 }
 
-int xml_option(int argc, char **argv, int *at, const char *usage, bsdfrbf_resample_options *options)
+int xml_option(int argc, char **argv, int *at, bsdfrbf_resample_options *options)
 {
 	const char *word = argv[*at];
 	if (!strcmp(word, "-embed"))
@@ -69,13 +69,13 @@ int xml_option(int argc, char **argv, int *at, const char *usage, bsdfrbf_resamp
 	else if (!strcmp(word, "-link"))
 		link_wanted = 1;
 	else if (word[1] == 'c')
-		options->components = components_of(cmd_value(argc, argv, at, usage));
+		options->components = components_of(cmd_value(argc, argv, at));
 	else if (word[1] == 'o')
-		options->path = cmd_value(argc, argv, at, usage);
+		options->path = cmd_value(argc, argv, at);
 	else if (word[1] == 's')
-		set_text(cmd_value(argc, argv, at, usage), usage, options);
+		set_text(cmd_value(argc, argv, at), options);
 	else if (word[1] == 'n')
-		options->threads = (int)cmd_integer("-n", cmd_value(argc, argv, at, usage), 1, 1024);
+		options->threads = (int)cmd_integer("-n", cmd_value(argc, argv, at), 1, 1024);
 	else if (word[1] == 'p')
 		bar = word[2] ? (int)cmd_integer("-p", word + 2, 1, 400) : 0;
 	else
