@@ -181,4 +181,17 @@ static const plan fixture_plan[] = {
 	{"slats", 4, 4, {0, 25, 50, 74}, -90, 60, 64},
 };
 enum { FIXTURES = sizeof fixture_plan / sizeof *fixture_plan };
+
+/* Builds all of them, and closes them again. */
+static inline void fixture_models(bsdfrbf_model *model[FIXTURES])
+{
+	for (int m = 0; m < FIXTURES; m++)
+		model[m] = fixture_build(&fixture_plan[m]);
+}
+
+static inline void fixture_close(bsdfrbf_model *model[FIXTURES])
+{
+	for (int m = 0; m < FIXTURES; m++)
+		bsdfrbf_close(model[m]);
+}
 #endif

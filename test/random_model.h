@@ -11,20 +11,37 @@ typedef struct random_plan {
 	uint32_t frames, frame[RBF_MAX_FRAMES], lobes;
 	double kappa_low, kappa_high, motion; /* of the lobes; rad */
 	uint32_t channels;
+	double span;  /* amplitudes vary by this factor, evenly in their logarithm; 0: by no more than chance */
+	int odd;      /* 1: some lobes are equal, some have no mass, some incidences none at all */
 } random_plan;
 
-/* The model owns all; free with bsdfrbf_close(). */
-static inline bsdfrbf_model *random_model(const random_plan *p, uint64_t seed)
+enum { RANDOM_BASES = 64 };
+
+/* The incidences of a plan; direction has room for RANDOM_BASES. Returns how many. */
+static inline uint32_t random_rings(const random_plan *p, double *direction)
+{
+	uint32_t bases = 0;
+	for (int t = 0; t < p->thetas; t++)
+		for (int a = 0; a < (p->theta[t] > 0 ? p->phis : 1); a++) {
+			assert_true(bases < RANDOM_BASES);
+			polar(p->theta[t], a * p->phi_step, direction + 3 * bases++);
+		}
+	return bases;
+}
+
+/* Component rf over given incidences; thetas, phis and phi_step of the plan are not used. The model owns all; free with
+ * bsdfrbf_close(). NULL if no mesh can be made of the incidences. */
+static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t bases, const double *direction, uint64_t seed)
 {
 	bsdfrbf_context *context = bsdfrbf_context_new();
 	bsdfrbf_model *model = rbf_model_new();
-	double direction[3 * 64];
-	rbf_fitted fitted = {.symmetry = p->symmetry, .channels = p->channels, .direction = direction};
+	rbf_fitted fitted = {.symmetry = p->symmetry, .channels = p->channels, .direction = direction, .bases = bases};
 	rbf_component *c = &model->component[BSDFRBF_RF];
-	for (int t = 0; t < p->thetas; t++)
-		for (int a = 0; a < (p->theta[t] > 0 ? p->phis : 1); a++)
-			polar(p->theta[t], a * p->phi_step, direction + 3 * fitted.bases++);
-	assert_true(fitted.bases <= 64);
+	if (rbf_mesh_build(context, p->symmetry, fitted.bases, direction, -1, &fitted.mesh) != BSDFRBF_OK) {
+		bsdfrbf_context_free(context);
+		bsdfrbf_close(model);
+		return NULL;
+	}
 	fitted.lobes = calloc(fitted.bases, sizeof *fitted.lobes);
 	for (uint32_t b = 0; b < fitted.bases; b++) {
 		rbf_lobes *l = &fitted.lobes[b];
@@ -34,12 +51,19 @@ static inline bsdfrbf_model *random_model(const random_plan *p, uint64_t seed)
 			const float centre[3] = {(float)(s * cos(phi)), (float)(s * sin(phi)), (float)z};
 			const double kappa = p->kappa_low * pow(p->kappa_high / p->kappa_low, random_unit(&seed));
 			rbf_lobe_set(l, i, centre, (float)kappa);
+			double scale = sqrt(kappa) / p->lobes * (p->span > 1 ? pow(p->span, random_unit(&seed)) : 1);
+			if (p->odd && (i % 11 == 5 || b % 7 == 3))
+				scale = 0;
 			for (uint32_t n = 0; n < p->channels; n++)
-				l->amplitude[n * l->blocks + i / RBF_LANES].a[i % RBF_LANES] = (float)(random_unit(&seed) * sqrt(kappa) / p->lobes);
-			l->mass[i] = (double)rbf_lobe_amplitude(l, rbf_luminance(p->channels), i) * rbf_lobe_integral(kappa);
+				l->amplitude[n * l->blocks + i / RBF_LANES].a[i % RBF_LANES] = (float)(random_unit(&seed) * scale);
+			if (p->odd && i % 5 == 4) { /* like the one before */
+				float same[3];
+				rbf_lobe_centre(l, i - 1, same);
+				rbf_lobe_set(l, i, same, rbf_lobe_kappa(l, i - 1));
+			}
+			l->mass[i] = (double)rbf_lobe_amplitude(l, rbf_luminance(p->channels), i) * rbf_lobe_integral((double)rbf_lobe_kappa(l, i));
 		}
 	}
-	assert_int_equal(rbf_mesh_build(context, p->symmetry, fitted.bases, direction, -1, &fitted.mesh), BSDFRBF_OK);
 	assert_int_equal(rbf_label_prepare(&fitted), 0);
 	const uint32_t lobes = fitted.lobe_first[fitted.bases];
 	float *label = calloc((size_t)p->frames * lobes, sizeof *label);
@@ -51,12 +75,20 @@ static inline bsdfrbf_model *random_model(const random_plan *p, uint64_t seed)
 	}
 	assert_int_equal(rbf_assemble_sets(&fitted, p->frames, p->frame, label, c), 0);
 	if (p->motion > 0) {
-		uint32_t *of = malloc(((size_t)c->mesh.elements * 6 + 1) * sizeof *of), total = 0;
-		for (uint32_t e = 0; e < c->mesh.elements; e++)
-			for (uint32_t slot = 0; slot < 6; slot++) {
-				of[e * 6 + slot] = total;
-				total += rbf_assemble_blocks(c, c->mesh.vertex[c->mesh.element[e].v[slot / 2]].base);
-			}
+		/* one motion for each pair of vertices, whichever elements share it */
+		const uint32_t slots = c->mesh.elements * 6;
+		uint32_t *of = malloc((slots + 1) * sizeof *of), total = 0;
+#define MOVED(at) c->mesh.element[(at) / 6].v[(at) % 6 / 2]
+#define TOWARDS(at) c->mesh.element[(at) / 6].v[((at) % 6 / 2 + 1 + (at) % 2) % 3]
+		for (uint32_t at = 0; at < slots; at++) {
+			uint32_t same = 0;
+			while (same < at && (MOVED(same) != MOVED(at) || TOWARDS(same) != TOWARDS(at)))
+				same++;
+			of[at] = same < at ? of[same] : total;
+			total += same < at ? 0 : rbf_assemble_blocks(c, c->mesh.vertex[MOVED(at)].base);
+		}
+#undef MOVED
+#undef TOWARDS
 		rbf_shift *shift = calloc(total, sizeof *shift);
 		for (uint32_t i = 0; i < total * RBF_LANES; i++) {
 			float *at[3] = {shift[i / RBF_LANES].x, shift[i / RBF_LANES].y, shift[i / RBF_LANES].z};
@@ -82,11 +114,20 @@ static inline bsdfrbf_model *random_model(const random_plan *p, uint64_t seed)
 	return model;
 }
 
+static inline bsdfrbf_model *random_model(const random_plan *p, uint64_t seed)
+{
+	double direction[3 * RANDOM_BASES];
+	const uint32_t bases = random_rings(p, direction);
+	bsdfrbf_model *model = random_model_at(p, bases, direction, seed);
+	assert_non_null(model);
+	return model;
+}
+
 static const random_plan random_plans[] = {
-	{RBF_BILATERAL_Y, 5, 5, {0, 25, 50, 70, 84}, 45, 4, {RBF_MAP_FIXED, RBF_MAP_MIRROR, RBF_MAP_XFLIP, RBF_MAP_YFLIP}, 60, 10, 3000, 0, 1},
-	{RBF_QUADRILATERAL, 5, 4, {0, 25, 50, 70, 86}, 30, 3, {RBF_MAP_RETRO, RBF_MAP_HALF, RBF_MAP_SHIFT}, 60, 10, 3000, .15, 3},
-	{RBF_ISOTROPIC, 5, 1, {0, 25, 50, 70, 80}, 0, 1, {RBF_MAP_HALF}, 60, 3, 3000, .2, 1},
-	{RBF_ANISOTROPIC, 3, 6, {25, 55, 80}, 60, 1, {RBF_MAP_HALF}, 48, 10, 300, 0, 1},
+	{RBF_BILATERAL_Y, 5, 5, {0, 25, 50, 70, 84}, 45, 4, {RBF_MAP_FIXED, RBF_MAP_MIRROR, RBF_MAP_XFLIP, RBF_MAP_YFLIP}, 60, 10, 3000, 0, 1, 0, 0},
+	{RBF_QUADRILATERAL, 5, 4, {0, 25, 50, 70, 86}, 30, 3, {RBF_MAP_RETRO, RBF_MAP_HALF, RBF_MAP_SHIFT}, 60, 10, 3000, .15, 3, 0, 0},
+	{RBF_ISOTROPIC, 5, 1, {0, 25, 50, 70, 80}, 0, 1, {RBF_MAP_HALF}, 60, 3, 3000, .2, 1, 0, 0},
+	{RBF_ANISOTROPIC, 3, 6, {25, 55, 80}, 60, 1, {RBF_MAP_HALF}, 48, 10, 300, 0, 1, 0, 0},
 };
 enum { RANDOM_PLANS = sizeof random_plans / sizeof *random_plans };
 #endif

@@ -19,16 +19,14 @@ static bsdfrbf_model *model[FIXTURES];
 static int build(void **state)
 {
 	(void)state;
-	for (int m = 0; m < FIXTURES; m++)
-		model[m] = fixture_build(&fixture_plan[m]);
+	fixture_models(model);
 	return 0;
 }
 
 static int clear(void **state)
 {
 	(void)state;
-	for (int m = 0; m < FIXTURES; m++)
-		bsdfrbf_close(model[m]);
+	fixture_close(model);
 	return 0;
 }
 
@@ -62,7 +60,7 @@ static void same_bytes_for_any_threads(void **state)
 		{"slats", 3, 3, {0, 30, 60}, -90, 90, 24},
 		{"film", 4, 1, {0, 25, 50, 70}, 0, 0, 0},
 	};
-	const int threads[] = {1, 2, 4};
+	const int threads[] = {1, 2, 8};
 	for (size_t p = 0; p < sizeof small / sizeof *small; p++) {
 		char *first = NULL;
 		size_t length = 0;

@@ -7,8 +7,7 @@
 #include <string.h>
 #include <cmocka.h>
 
-#include "model_fixture.h"
-#include "quadrature.h"
+#include "question.h"
 #include "reciprocal.h"
 
 static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
@@ -23,32 +22,15 @@ static bsdfrbf_model *model[FIXTURES];
 static int build(void **state)
 {
 	(void)state;
-	for (int m = 0; m < FIXTURES; m++)
-		model[m] = fixture_build(&fixture_plan[m]);
+	fixture_models(model);
 	return 0;
 }
 
 static int clear(void **state)
 {
 	(void)state;
-	for (int m = 0; m < FIXTURES; m++)
-		bsdfrbf_close(model[m]);
+	fixture_close(model);
 	return 0;
-}
-
-typedef struct question {
-	const bsdfrbf_model *model;
-	float incident[3];
-	int below;           /* exitant z < 0 */
-} question;
-
-static void scattered(void *user, const float d[3], float value[3])
-{
-	const question *q = user;
-	const float outgoing[3] = {d[0], d[1], q->below ? -d[2] : d[2]};
-	bsdfrbf_eval_scatter(q->model, q->incident, outgoing, value);
-	for (int n = 0; n < bsdfrbf_channels(q->model); n++)
-		value[n] *= d[2];
 }
 
 static void quadrature_agrees(void **state)
@@ -62,12 +44,8 @@ static void quadrature_agrees(void **state)
 		fixture_component(model[m], &transmit);
 		for (int t = 0; t < INCIDENCES; t++)
 			for (int turn = 0; turn < 2; turn++) {
-				question q = {.model = model[m], .below = transmit};
-				double d[3];
+				question q = question_at(model[m], theta_deg[t], 360 * random_unit(&seed));
 				float table[3];
-				polar(theta_deg[t], 360 * random_unit(&seed), d);
-				for (int n = 0; n < 3; n++)
-					q.incident[n] = (float)d[n];
 				const int channels = bsdfrbf_channels(q.model);
 				quadrature cells = quadrature_make(scattered, &q, channels, 1e-5);
 				bsdfrbf_dhr_scatter(q.model, q.incident, transmit, table);
@@ -150,11 +128,8 @@ static void samples_agree(void **state)
 		fixture_component(model[m], &transmit);
 		const int y = bsdfrbf_channels(model[m]) == 3;
 		for (int t = 0; t < INCIDENCES; t++) {
-			question q = {.model = model[m], .below = transmit};
-			double d[3], mean = 0, expected = 0;
-			polar(theta_deg[t], 29 * t, d);
-			for (int n = 0; n < 3; n++)
-				q.incident[n] = (float)d[n];
+			question q = question_at(model[m], theta_deg[t], 29 * t);
+			double mean = 0, expected = 0;
 			for (int i = 0; i < SAMPLES; i++) {
 				float o[3];
 				assert_true(bsdfrbf_sample(q.model, q.incident, transmit, (i + random_unit(&seed)) / SAMPLES, o));

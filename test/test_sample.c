@@ -7,11 +7,10 @@
 #include <string.h>
 #include <cmocka.h>
 
-#include "model_fixture.h"
-#include "quadrature.h"
+#include "question.h"
 #include "random_model.h"
 
-enum { MODELS = FIXTURES + RANDOM_PLANS, BINS = 256, SAMPLES = 15000 };
+enum { MODELS = FIXTURES + RANDOM_PLANS, SAMPLES = 15000 };
 static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
 enum { INCIDENCES = sizeof theta_deg / sizeof *theta_deg, CASES = MODELS * INCIDENCES };
 static const double significance = 1e-4; /* that any case fails by chance */
@@ -21,8 +20,7 @@ static bsdfrbf_model *model[MODELS];
 static int build(void **state)
 {
 	(void)state;
-	for (int m = 0; m < FIXTURES; m++)
-		model[m] = fixture_build(&fixture_plan[m]);
+	fixture_models(model);
 	for (int m = 0; m < RANDOM_PLANS; m++)
 		model[FIXTURES + m] = random_model(&random_plans[m], 7u + (uint64_t)m);
 	return 0;
@@ -36,85 +34,28 @@ static int clear(void **state)
 	return 0;
 }
 
-typedef struct question {
-	const bsdfrbf_model *model;
-	float incident[3];
-	int transmit;
-} question;
-
 /* Incidence t of a model, at an azimuth that is no axis. */
 static question ask(int m, int t)
 {
-	question q = {.model = model[m]};
-	double d[3];
-	fixture_component(model[m], &q.transmit);
-	polar(theta_deg[t], 11 + 37. * m + 53. * t, d);
-	for (int n = 0; n < 3; n++)
-		q.incident[n] = (float)d[n];
-	return q;
-}
-
-static void scattered(void *user, const float d[3], float value[3])
-{
-	const question *q = user;
-	const float outgoing[3] = {d[0], d[1], q->transmit ? -d[2] : d[2]};
-	bsdfrbf_eval_scatter(q->model, q->incident, outgoing, value);
-	for (int n = 0; n < bsdfrbf_channels(q->model); n++)
-		value[n] *= d[2];
-}
-
-/* Upper quantile of the normal distribution, by bisection of the complementary error function. */
-static double normal_quantile(double upper)
-{
-	double low = 0, high = 10;
-	for (int i = 0; i < 80; i++) {
-		const double middle = .5 * (low + high);
-		if (.5 * erfc(middle / sqrt(2)) > upper)
-			low = middle;
-		else
-			high = middle;
-	}
-	return low;
+	return question_at(model[m], theta_deg[t], 11 + 37. * m + 53. * t);
 }
 
 static void chi_square(void **state)
 {
 	(void)state;
-	/* Sidak: each case may fail with probability 1 - (1 - s)^(1/cases) */
-	const double limit = normal_quantile(-expm1(log1p(-significance) / CASES));
+	const double limit = chi_square_limit(significance, CASES);
 	int failed = 0;
 	for (int m = 0; m < MODELS; m++)
 		for (int t = 0; t < INCIDENCES; t++) {
 			question q = ask(m, t);
 			quadrature cells = quadrature_make(scattered, &q, bsdfrbf_channels(q.model), 2e-5);
-			int *bin = malloc(cells.cells * sizeof *bin), count[BINS] = {0}, drawn = 0;
-			double share[BINS], chi = 0;
-			assert_non_null(bin);
-			const int bins = quadrature_bins(&cells, 1. / 120, bin, share, BINS);
-			uint64_t seed = (uint64_t)(m * INCIDENCES + t);
-			for (int i = 0; i < SAMPLES; i++) {
-				float d[3];
-				if (!bsdfrbf_sample(q.model, q.incident, q.transmit, random_unit(&seed), d))
-					continue;
-				assert_true(q.transmit ? d[2] < 0 : d[2] > 0);
-				assert_float_equal(rbf_dot(d, d), 1, 1e-5);
-				d[2] = fabsf(d[2]);
-				count[bin[quadrature_find(&cells, d)]]++;
-				drawn++;
-			}
-			for (int i = 0; i < bins; i++) {
-				const double expected = share[i] * drawn;
-				assert_true(expected >= 5);
-				chi += (count[i] - expected) * (count[i] - expected) / expected;
-			}
-			/* Wilson and Hilferty: the cube root of chi-square over its degrees of freedom is nearly normal */
-			const double k = bins - 1, z = (cbrt(chi / k) - (1 - 2 / (9*k))) / sqrt(2 / (9*k));
+			int bins, drawn;
+			const double z = chi_square_deviate(&q, &cells, SAMPLES, (uint64_t)(m * INCIDENCES + t), &bins, &drawn);
 			if (!(z < limit) || bins < 20 || drawn < SAMPLES * .999) {
 				print_error("%s at %g degrees, %s: z %.1f (limit %.1f), %d bins, %d drawn\n", m < FIXTURES ? fixture_plan[m].material : "random",
 					theta_deg[t], fixture_maps(fixture_component(q.model, &q.transmit)), z, limit, bins, drawn);
 				failed++;
 			}
-			free(bin);
 			free(cells.cell);
 		}
 	assert_int_equal(failed, 0);

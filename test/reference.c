@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "reference.h"
+#include "bounds.h"
+#include "evaluate.h"
+
+/* The maps once more, with every number in double precision. */
+#define float double
+#define sqrtf sqrt
+#define hypotf hypot
+#define sinf sin
+#define cosf cos
+#define fabsf fabs
+#define fminf fmin
+#define fmaxf fmax
+#define copysignf copysign
+#define rbf_dot double_dot
+#define rbf_normalize double_normalize
+#define rbf_mirror double_mirror
+#define rbf_min double_min
+#define rbf_max double_max
+#define rbf_arctangent double_arctangent
+#define rbf_polar_angle double_polar_angle
+#define rbf_disc_from_direction double_disc_from_direction
+#define rbf_direction_from_disc double_direction_from_disc
+#define rbf_square_from_direction double_square_from_direction
+#define rbf_direction_from_square double_direction_from_square
+#define rbf_warp double_warp
+#define rbf_warp_set double_warp_set
+#define rbf_warp_forward double_warp_forward
+#define rbf_warp_inverse double_warp_inverse
+#define rbf_warp_validity double_warp_validity
+#define rbf_warp_bound double_warp_bound
+#define rbf_map double_map
+#define rbf_map_name double_map_name
+#define rbf_map_shifts double_map_shifts
+#define rbf_map_counts_in_plane double_map_counts_in_plane
+#define RBF_MAP_FIXED DOUBLE_FIXED
+#define RBF_MAP_MIRROR DOUBLE_MIRROR
+#define RBF_MAP_XFLIP DOUBLE_XFLIP
+#define RBF_MAP_YFLIP DOUBLE_YFLIP
+#define RBF_MAP_RETRO DOUBLE_RETRO
+#define RBF_MAP_HALF DOUBLE_HALF
+#define RBF_MAP_SHIFT DOUBLE_SHIFT
+#define RBF_MAP_SHIFT_X DOUBLE_SHIFT_X
+#define RBF_MAP_SHIFT_Y DOUBLE_SHIFT_Y
+#define RBF_MAP_SHIFT_XFLIP DOUBLE_SHIFT_XFLIP
+#define RBF_MAP_SHIFT_YFLIP DOUBLE_SHIFT_YFLIP
+#define RBF_MAP_SHIFT_RETRO DOUBLE_SHIFT_RETRO
+#define RBF_MAPS DOUBLE_MAPS
+#undef RBF_MAP_H
+#undef RBF_VECTOR_H
+#include "map.h"
+#undef float
+
+static void lobes(const rbf_site *site, uint32_t k, uint32_t frame, const double mapped[3], double sum[3])
+{
+	const rbf_component *c = site->component;
+	const rbf_set *first = c->set + (size_t)site->base[k] * c->frames, *set = first + frame;
+	double at[3];
+	double_mirror(site->vertex_op[k], mapped, at);
+	sum[0] = sum[1] = sum[2] = 0;
+	for (uint32_t b = set->first; b < set->first + set->blocks; b++)
+		for (int i = 0; i < RBF_LANES; i++) {
+			double centre[3] = {(double)c->block[b].x[i], (double)c->block[b].y[i], (double)c->block[b].z[i]}, square = 0;
+			for (int n = 0; n < 2; n++)
+				if (site->shift[k][n]) {
+					const rbf_shift *s = site->shift[k][n] + (b - first->first);
+					const double w = (double)site->shift_weight[k][n];
+					centre[0] += w * (double)s->x[i];
+					centre[1] += w * (double)s->y[i];
+					centre[2] += w * (double)s->z[i];
+				}
+			if (site->shift[k][0] || site->shift[k][1])
+				double_normalize(centre);
+			for (int n = 0; n < 3; n++)
+				square += (at[n] - centre[n]) * (at[n] - centre[n]);
+			const double e = exp(-.5 * (double)c->block[b].k[i] * square);
+			for (uint32_t n = 0; n < c->channels; n++)
+				sum[n] += e * (double)c->amplitude[(size_t)n * c->blocks + b].a[i];
+		}
+}
+
+void reference_dsf(const void *of, const float exitant[3], double value[3])
+{
+	const rbf_site *site = of;
+	const rbf_component *c = site->component;
+	const double o[3] = {(double)exitant[0], (double)exitant[1], (double)exitant[2]};
+	value[0] = value[1] = value[2] = 0;
+	for (uint32_t f = 0; f < c->frames; f++) {
+		double share[3], factor[3], mapped[3][3], total = 0;
+		for (uint32_t k = 0; k < site->corners; k++) {
+			struct double_warp warp;
+			double i[3], to[3];
+			for (int n = 0; n < 3; n++) {
+				i[n] = (double)site->incident[n];
+				to[n] = (double)site->warp[k][f].k[n];
+			}
+			double_warp_set(&warp, c->frame[f], i, to);
+			factor[k] = double_warp_forward(&warp, o, mapped[k]);
+			share[k] = double_warp_validity(&warp, mapped[k][2]);
+			total += (double)site->weight[k] * share[k];
+		}
+		for (uint32_t k = 0; k < site->corners; k++) {
+			const double w = (double)site->weight[k] * fmin(share[k] / total, (double)RBF_VALID_GAIN) * factor[k];
+			double sum[3];
+			lobes(site, k, f, mapped[k], sum);
+			for (uint32_t n = 0; n < c->channels && w > 0; n++)
+				value[n] += w * sum[n];
+		}
+	}
+}
