@@ -173,7 +173,8 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf
 BSDFRBF_API bsdfrbf_status bsdfrbf_save(bsdfrbf_context *context, const bsdfrbf_model *model, const char *path);
 
 /* Maps the file into memory. `path` may also be BSDF XML that carries an interpolant, or points to one (`embed` and `link` below); a
- * file that is pointed to must be the one that the XML was made with. Errors: IO, FORMAT, VERSION, MEMORY. */
+ * file that is pointed to must be the one that the XML was made with. Replace the file by rename, as bsdfrbf_save() does: the model
+ * keeps the old one; if it is shortened in place while it is open, reading it raises SIGBUS. Errors: IO, FORMAT, VERSION, MEMORY. */
 BSDFRBF_API bsdfrbf_status bsdfrbf_open(bsdfrbf_context *context, const char *path, bsdfrbf_model **model);
 
 BSDFRBF_API void bsdfrbf_close(bsdfrbf_model *model);
