@@ -63,7 +63,7 @@ int rbf_advect(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], con
 		for (size_t j = 0; j < k; j++)
 			valid[f * k + j] = rbf_warp_forward(&warp, b.centre[j], mapped[f * k + j]) > 0;
 	}
-	const float edge = acosf(fminf(fmaxf(rbf_dot(origin, to->direction), -1.f), 1.f));
+	const float edge = rbf_angle(origin, to->direction);
 	const float reach = fmaxf(cap * edge, REACH_MIN), limit = reach * reach;
 	size_t arcs = 0, moves = 0;
 	for (size_t i = 0; i < n; i++) {

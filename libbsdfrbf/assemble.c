@@ -7,11 +7,6 @@
 
 static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
 
-static float angle(const float a[3], const float b[3])
-{
-	return acosf(fminf(fmaxf(rbf_dot(a, b), -1.f), 1.f));
-}
-
 /* Largest residual motion of every lobe, rad; room for all lanes. */
 static void motions(const rbf_component *c, float *motion)
 {
@@ -49,7 +44,7 @@ int rbf_assemble_bounds(rbf_component *c)
 		const uint32_t *v = border ? mesh->border[e - mesh->elements] : mesh->element[e].v;
 		for (int i = 0; i < (border ? 2 : 3); i++) {
 			const rbf_vertex *a = &mesh->vertex[v[i]], *b = &mesh->vertex[v[border ? 1 - i : (i + 1) % 3]];
-			const float m = angle(a->direction, b->direction);
+			const float m = rbf_angle(a->direction, b->direction);
 			reach[a->base].margin = fmaxf(reach[a->base].margin, m);
 			reach[b->base].margin = fmaxf(reach[b->base].margin, m);
 			if (border)

@@ -14,10 +14,8 @@ static uint32_t steps_of(const rbf_mesh *mesh)
 {
 	double sum = 0;
 	for (uint32_t e = 0; e < mesh->elements; e++)
-		for (int k = 0; k < 3; k++) {
-			const float *a = mesh->vertex[mesh->element[e].v[k]].direction, *b = mesh->vertex[mesh->element[e].v[(k + 1) % 3]].direction;
-			sum += acos(fmin(fmax((double)rbf_dot(a, b), -1), 1));
-		}
+		for (int k = 0; k < 3; k++)
+			sum += (double)rbf_angle(mesh->vertex[mesh->element[e].v[k]].direction, mesh->vertex[mesh->element[e].v[(k + 1) % 3]].direction);
 	if (mesh->symmetry == RBF_ISOTROPIC || !mesh->elements)
 		return STEPS_MOST; /* few */
 	const uint32_t steps = 2 * (uint32_t)ceil(.5 * sum / (3. * mesh->elements) / SPACING);

@@ -76,6 +76,13 @@ void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight
  * elements are counter-clockwise, so that outwards is to the right of the way from a to b. A point has a circle of latitude's. */
 typedef struct arc { float a[3], b[3], out[3]; int point; } arc;
 
+static void cross(const float a[3], const float b[3], float c[3])
+{
+	c[0] = a[1]*b[2] - a[2]*b[1];
+	c[1] = a[2]*b[0] - a[0]*b[2];
+	c[2] = a[0]*b[1] - a[1]*b[0];
+}
+
 static arc arc_of(const rbf_mesh *mesh, uint32_t border)
 {
 	arc r;
@@ -84,9 +91,7 @@ static arc arc_of(const rbf_mesh *mesh, uint32_t border)
 		r.b[n] = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[border][1])].direction[n];
 	}
 	const float e[3] = {r.b[0] - r.a[0], r.b[1] - r.a[1], r.b[2] - r.a[2]};
-	r.out[0] = e[1]*r.a[2] - e[2]*r.a[1];
-	r.out[1] = e[2]*r.a[0] - e[0]*r.a[2];
-	r.out[2] = e[0]*r.a[1] - e[1]*r.a[0];
+	cross(e, r.a, r.out);
 	r.point = !(rbf_normalize(r.out) > 0);
 	if (r.point) {
 		const float s = hypotf(r.a[0], r.a[1]);
@@ -95,13 +100,6 @@ static arc arc_of(const rbf_mesh *mesh, uint32_t border)
 		r.out[2] = -s;
 	}
 	return r;
-}
-
-static void cross(const float a[3], const float b[3], float c[3])
-{
-	c[0] = a[1]*b[2] - a[2]*b[1];
-	c[1] = a[2]*b[0] - a[0]*b[2];
-	c[2] = a[0]*b[1] - a[1]*b[0];
 }
 
 /* Angle from p along the unit tangent g to the horizon. */

@@ -22,13 +22,20 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 	}
 }
 
-static void set_incident(const rbf_component *c, const float incident[3], rbf_site *site)
+/* An incident direction that is folded already. */
+static void set_folded(const rbf_component *c, const float incident[3], rbf_site *site)
 {
 	site->component = c;
 	site->scale = 1;
 	site->op = RBF_OP_NONE;
 	site->cosine = 1;
 	site->sine = 0;
+	memcpy(site->incident, incident, sizeof site->incident);
+}
+
+static void set_incident(const rbf_component *c, const float incident[3], rbf_site *site)
+{
+	set_folded(c, incident, site);
 	if (c->mesh.symmetry == RBF_ISOTROPIC) {
 		const float s = hypotf(incident[0], incident[1]);
 		if (s > 0) {
@@ -37,7 +44,6 @@ static void set_incident(const rbf_component *c, const float incident[3], rbf_si
 		}
 		site->incident[0] = s;
 		site->incident[1] = 0;
-		site->incident[2] = incident[2];
 	} else {
 		site->op = (unsigned)rbf_symmetry_fold(c->mesh.symmetry, incident);
 		rbf_mirror(site->op, incident, site->incident);
@@ -104,22 +110,15 @@ static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], con
 void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site)
 {
 	const rbf_mesh *mesh = &component->mesh;
-	const uint32_t border = item & ~RBF_MESH_BORDER, outside = item & RBF_MESH_BORDER;
 	uint32_t corner[3];
 	rbf_vertex vertex[3];
-	for (int n = 0; n < 3; n++) {
-		corner[n] = rbf_bound_vertex(mesh, outside ? mesh->border[border][n ? 1 : 0] : mesh->element[item].v[n]);
+	rbf_bound_corners(mesh, item, corner);
+	for (int n = 0; n < 3; n++)
 		vertex[n] = mesh->vertex[corner[n]];
-	}
-	site->component = component;
-	site->scale = 1;
-	site->op = RBF_OP_NONE;
-	site->cosine = 1;
-	site->sine = 0;
-	memcpy(site->incident, incident, sizeof site->incident);
+	set_folded(component, incident, site);
 	set_corners(site, vertex, weight, 3);
 	if (component->residual)
-		set_shifts(site, outside ? mesh->border[border][2] : item, corner, weight);
+		set_shifts(site, item & RBF_MESH_BORDER ? mesh->border[item & ~RBF_MESH_BORDER][2] : item, corner, weight);
 }
 
 void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site)

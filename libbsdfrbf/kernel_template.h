@@ -98,9 +98,9 @@ static inline void add_blocks(const rbf_kernel_job *job, uint32_t begin, uint32_
 	}
 }
 
-static inline uint64_t groups_of(const rbf_kernel_job *job)
+/* The mask of the groups that there are. */
+static inline uint64_t groups_of(const rbf_kernel_job *job, uint32_t groups)
 {
-	const uint32_t groups = (job->blocks + job->group - 1) / job->group;
 	return groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
 }
 
@@ -111,7 +111,7 @@ static inline vf one_channel(const rbf_kernel_job *job)
 	const rbf_block *block = job->block;
 	const rbf_amplitude *amplitude = job->amplitude;
 	vf total = all(0);
-	for (uint64_t mask = job->blocks >= 64 ? job->mask : job->mask & (((uint64_t)1 << job->blocks) - 1); mask; mask &= mask - 1) {
+	for (uint64_t mask = groups_of(job, job->blocks); mask; mask &= mask - 1) {
 		const uint32_t b = (uint32_t)__builtin_ctzll(mask);
 		total += load(amplitude[b].a) * lobes_at(block[b].k, load(block[b].x), load(block[b].y), load(block[b].z), dx, dy, dz);
 	}
@@ -123,7 +123,7 @@ static inline __attribute__((always_inline)) void any_channels(const rbf_kernel_
 {
 	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
 	vf total[3] = {{0}, {0}, {0}};
-	for (uint64_t mask = groups_of(job); mask; mask &= mask - 1) {
+	for (uint64_t mask = groups_of(job, (job->blocks + job->group - 1) / job->group); mask; mask &= mask - 1) {
 		const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * job->group;
 		add_blocks(job, begin, job->blocks - begin < job->group ? job->blocks : begin + job->group, channels, dx, dy, dz, total);
 	}
@@ -154,14 +154,12 @@ void RBF_KERNEL_NAME(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
 			sum[c] = 0;
 	vf total[3] = {{0}, {0}, {0}};
 	for (; job < end; job++)
-		if (!job->blocks)
-			continue;
-		else if (channels == RBF_KERNEL_WIDTH)
-			any_channels(job, RBF_KERNEL_WIDTH, total);
-		else if (channels == 3)
-			any_channels(job, 3, total);
-		else
-			any_channels(job, 1, total);
+		if (job->blocks)
+			switch (channels) {
+			case 1: any_channels(job, 1, total); break;
+			case RBF_KERNEL_WIDTH: any_channels(job, RBF_KERNEL_WIDTH, total); break;
+			default: any_channels(job, 3, total);
+			}
 	for (uint32_t c = 0; c < channels; c++)
 		sum[c] += across(total[c]);
 }

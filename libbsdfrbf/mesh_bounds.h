@@ -4,6 +4,8 @@
 #define RBF_MESH_BOUNDS_H
 #include "mesh.h"
 
+#include <stddef.h>
+
 static inline uint32_t rbf_bound(uint32_t index, uint32_t count)
 {
 	return index < count ? index : 0;
@@ -28,5 +30,13 @@ static inline uint32_t rbf_bound_entry(const rbf_mesh *mesh, uint32_t entry)
 static inline uint32_t rbf_bound_vertex(const rbf_mesh *mesh, uint32_t vertex)
 {
 	return rbf_bound(vertex, mesh->vertices);
+}
+
+/* Corners of an element, or of a border with RBF_MESH_BORDER: its second end twice. */
+static inline void rbf_bound_corners(const rbf_mesh *mesh, uint32_t item, uint32_t corner[3])
+{
+	const uint32_t *border = item & RBF_MESH_BORDER ? mesh->border[item & ~RBF_MESH_BORDER] : NULL;
+	for (int k = 0; k < 3; k++)
+		corner[k] = rbf_bound_vertex(mesh, border ? border[k ? 1 : 0] : mesh->element[item].v[k]);
 }
 #endif

@@ -67,17 +67,9 @@ static uint32_t cell_of(float coordinate)
 
 static uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[3], float weight[3])
 {
-	const uint32_t index = best->item & ~RBF_MESH_BORDER;
-	if (best->item & RBF_MESH_BORDER) {
-		corner[0] = mesh->border[index][0];
-		corner[1] = mesh->border[index][1];
-		corner[2] = corner[1];
-	} else
-		for (int k = 0; k < 3; k++)
-			corner[k] = mesh->element[index].v[k];
 	float sum = 0;
+	rbf_bound_corners(mesh, best->item, corner);
 	for (int k = 0; k < 3; k++) {
-		corner[k] = rbf_bound_vertex(mesh, corner[k]);
 		weight[k] = best->weight[k] > 0 ? best->weight[k] : 0;
 		sum += weight[k];
 	}

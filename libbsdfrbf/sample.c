@@ -31,7 +31,7 @@ void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, floa
 	if (r->map == RBF_MAP_HALF) {
 		/* exitant directions above the horizon map to at most `beyond` below it */
 		const float theta = acosf(rbf_min(rbf_max(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
-		const float half = .5f * rbf_min(acosf(rbf_min(rbf_max(rbf_dot(r->base, centre), -1.f), 1.f)) + spread, theta);
+		const float half = .5f * rbf_min(rbf_angle(r->base, centre) + spread, theta);
 		*slant = half < 1.55f ? rbf_min(tanf(half), RBF_SLANT_MAX) : RBF_SLANT_MAX;
 	}
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Small vectors, and the equal-angle square map of the hemisphere that tables are indexed by. */
+/* Small vectors, and maps of the hemisphere. */
 #ifndef RBF_VECTOR_H
 #define RBF_VECTOR_H
 #include <math.h>
@@ -20,6 +20,12 @@ static inline float rbf_max(float a, float b)
 static inline float rbf_dot(const float a[3], const float b[3])
 {
 	return a[0]*b[0] + a[1]*b[1] + a[2]*b[2];
+}
+
+/* Angle between unit vectors, rad. */
+static inline float rbf_angle(const float a[3], const float b[3])
+{
+	return acosf(rbf_min(rbf_max(rbf_dot(a, b), -1.f), 1.f));
 }
 
 /* Normalises in place; returns the former length, 0 (and leaves v alone) if it has none. What is a unit vector but for rounding stays
@@ -94,27 +100,5 @@ static inline void rbf_direction_from_disc(const double disc[2], double d[3])
 	d[0] = disc[0] * scale;
 	d[1] = disc[1] * scale;
 	d[2] = r > 1 ? 0 : 1 - r*r;
-}
-
-static inline void rbf_direction_from_square(const float square[2], float d[3])
-{
-	const float a = square[0], b = square[1];
-	float r, phi;
-	if (a == 0 && b == 0) {
-		d[0] = d[1] = 0;
-		d[2] = 1;
-		return;
-	}
-	if (fabsf(a) >= fabsf(b)) {
-		r = a;
-		phi = (float)(RBF_PI / 4) * (b / a);
-	} else {
-		r = b;
-		phi = (float)(RBF_PI / 2) - (float)(RBF_PI / 4) * (a / b);
-	}
-	const float theta = r * (float)(RBF_PI / 2), sine = sinf(theta);
-	d[0] = sine * cosf(phi);
-	d[1] = sine * sinf(phi);
-	d[2] = fabsf(r) >= 1 ? 0 : cosf(theta);
 }
 #endif

@@ -13,7 +13,9 @@
 #define fminf fmin
 #define fmaxf fmax
 #define copysignf copysign
+#define acosf acos
 #define rbf_dot double_dot
+#define rbf_angle double_angle
 #define rbf_normalize double_normalize
 #define rbf_mirror double_mirror
 #define rbf_min double_min
@@ -23,7 +25,6 @@
 #define rbf_disc_from_direction double_disc_from_direction
 #define rbf_direction_from_disc double_direction_from_disc
 #define rbf_square_from_direction double_square_from_direction
-#define rbf_direction_from_square double_direction_from_square
 #define rbf_warp double_warp
 #define rbf_warp_set double_warp_set
 #define rbf_warp_forward double_warp_forward
