@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inputs that measurement software, spreadsheets, operators and bad luck produce, each with the outcome it must have: the result of
 the plain files, a result that agrees with the truth, or a refusal that names file, line and remedy. test_inputs.py
-runs them on mkrbf; test/trust runs the same ones on the stock pabopto2bsdf as well.
+runs them on mkrbf.
 
 The sample: a Gaussian lobe of 12 degrees about the mirror direction over a Lambertian floor, isotropic, front reflection
 unless a case says otherwise.
@@ -145,41 +145,28 @@ def hash_of(text):
     return h
 
 
+def with_rows(content, row_of):
+    """With row_of(word) in place of every row of the table."""
+    return '\n'.join(row if row.startswith('#') else row_of(row.split()) for row in content.strip().split('\n')) + '\n'
+
+
 def swapped(content):
-    out = []
-    for row in content.strip().split('\n'):
-        word = row.split()
-        out.append(row if row.startswith('#') else f'{word[1]} {word[0]} {word[2]}')
-    return '\n'.join(out).replace('theta phi BSDF', 'phi theta BSDF') + '\n'
+    return with_rows(content, lambda word: f'{word[1]} {word[0]} {word[2]}').replace('theta phi BSDF', 'phi theta BSDF')
 
 
 def dsf(content):
-    out = []
-    for row in content.strip().split('\n'):
-        word = row.split()
-        out.append(row if row.startswith('#') else f'{word[0]} {word[1]} {float(word[2]) * math.cos(math.radians(float(word[0]))):.9f}')
-    return '\n'.join(out).replace('BSDF', 'DSF') + '\n'
+    return with_rows(content, lambda word: f'{word[0]} {word[1]} {float(word[2]) * math.cos(math.radians(float(word[0]))):.9f}') \
+        .replace('BSDF', 'DSF')
 
 
 def turned_azimuths(content, turn):
-    out = []
-    for row in content.strip().split('\n'):
-        word = row.split()
-        out.append(row if row.startswith('#') else f'{word[0]} {float(word[1]) + turn:.3f} {word[2]}')
-    return '\n'.join(out) + '\n'
+    return with_rows(content, lambda word: f'{word[0]} {float(word[1]) + turn:.3f} {word[2]}')
 
 
 def behind(content):
     """The same from the back."""
-    out = []
-    for row in content.strip().split('\n'):
-        word = row.split()
-        if row.startswith('#intheta'):
-            row = f'#intheta {180 - float(word[1]):g}'
-        elif not row.startswith('#'):
-            row = f'{180 - float(word[0]):.3f} {word[1]} {float(word[2]) * .5:.6f}'
-        out.append(row)
-    return '\n'.join(out) + '\n'
+    lines = with_rows(content, lambda word: f'{180 - float(word[0]):.3f} {word[1]} {float(word[2]) * .5:.6f}').split('\n')
+    return '\n'.join(f'#intheta {180 - float(row.split()[1]):g}' if row.startswith('#intheta') else row for row in lines)
 
 
 def through(theta):

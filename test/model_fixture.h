@@ -183,15 +183,22 @@ static const plan fixture_plan[] = {
 enum { FIXTURES = sizeof fixture_plan / sizeof *fixture_plan };
 
 /* Builds all of them, and closes them again. */
-static inline void fixture_models(bsdfrbf_model *model[FIXTURES])
+static bsdfrbf_model *fixture_model[FIXTURES];
+
+/* Group setup and teardown: all of them. */
+static inline int fixture_setup(void **state)
 {
+	(void)state;
 	for (int m = 0; m < FIXTURES; m++)
-		model[m] = fixture_build(&fixture_plan[m]);
+		fixture_model[m] = fixture_build(&fixture_plan[m]);
+	return 0;
 }
 
-static inline void fixture_close(bsdfrbf_model *model[FIXTURES])
+static inline int fixture_teardown(void **state)
 {
+	(void)state;
 	for (int m = 0; m < FIXTURES; m++)
-		bsdfrbf_close(model[m]);
+		bsdfrbf_close(fixture_model[m]);
+	return 0;
 }
 #endif

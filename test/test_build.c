@@ -14,22 +14,6 @@
 #include "model_fixture.h"
 #include "random_model.h"
 
-static bsdfrbf_model *model[FIXTURES];
-
-static int build(void **state)
-{
-	(void)state;
-	fixture_models(model);
-	return 0;
-}
-
-static int clear(void **state)
-{
-	(void)state;
-	fixture_close(model);
-	return 0;
-}
-
 static void vector(double theta, double phi, int below, float v[3])
 {
 	double d[3];
@@ -117,7 +101,7 @@ static void values_are_finite(void **state)
 {
 	(void)state;
 	for (int m = 0; m < FIXTURES; m++)
-		check_sane(model[m], 1.05f);
+		check_sane(fixture_model[m], 1.05f);
 }
 
 static void unusual_plans(void **state)
@@ -148,8 +132,8 @@ static void measured_incidences_are_met(void **state)
 		const plan *p = &fixture_plan[m];
 		const struct material *material = m == 1 ? &cats_eye_material : material_find(p->material);
 		int transmit;
-		const rbf_component *c = fixture_component(model[m], &transmit);
-		const int channels = bsdfrbf_channels(model[m]), y = channels == 3;
+		const rbf_component *c = fixture_component(fixture_model[m], &transmit);
+		const int channels = bsdfrbf_channels(fixture_model[m]), y = channels == 3;
 		for (int t = 0; t < p->thetas; t++) {
 			double in[3], difference = 0, total = 0;
 			polar(p->theta[t], p->phi0, in);
@@ -161,7 +145,7 @@ static void measured_incidences_are_met(void **state)
 				double truth[3];
 				float value[3];
 				material->f(in, out, truth);
-				bsdfrbf_eval(model[m], i, o, value);
+				bsdfrbf_eval(fixture_model[m], i, o, value);
 				difference += fabs((double)value[y] - truth[y]);
 				total += truth[y];
 			}
@@ -179,7 +163,7 @@ static void no_steps(void **state)
 	(void)state;
 	for (int m = 0; m < FIXTURES; m++) {
 		int transmit;
-		const rbf_component *c = fixture_component(model[m], &transmit);
+		const rbf_component *c = fixture_component(fixture_model[m], &transmit);
 		uint64_t seed = 6;
 		double worst = 0;
 		for (uint32_t e = 0; e < c->mesh.elements; e++)
@@ -205,10 +189,10 @@ static void no_steps(void **state)
 						continue;
 					vector(80 * random_unit(&seed), 360 * random_unit(&seed), transmit, out);
 					for (int s = 0; s < 2; s++) {
-						bsdfrbf_eval(model[m], in[s], out, value[s]);
-						bsdfrbf_dhr(model[m], in[s], transmit, dhr[s]);
+						bsdfrbf_eval(fixture_model[m], in[s], out, value[s]);
+						bsdfrbf_dhr(fixture_model[m], in[s], transmit, dhr[s]);
 					}
-					const int y = bsdfrbf_channels(model[m]) == 3;
+					const int y = bsdfrbf_channels(fixture_model[m]) == 3;
 					const double step = fabs((double)(value[0][y] - value[1][y])) / (.01 + (double)(value[0][y] + value[1][y]));
 					worst = fmax(worst, mirrored ? .05 * step : step);
 					assert_float_equal(dhr[0][y], dhr[1][y], 1e-3);
@@ -225,7 +209,7 @@ static void symmetry_holds(void **state)
 	(void)state;
 	for (int m = 0; m < FIXTURES; m++) {
 		int transmit, ops[4] = {0};
-		const rbf_component *c = fixture_component(model[m], &transmit);
+		const rbf_component *c = fixture_component(fixture_model[m], &transmit);
 		const int isotropic = c->mesh.symmetry == RBF_ISOTROPIC;
 		const int count = isotropic ? 6 : rbf_symmetry_ops(c->mesh.symmetry, ops);
 		uint64_t seed = 8;
@@ -234,7 +218,7 @@ static void symmetry_holds(void **state)
 			float in[3], out[3], value[3], i[3], o[3], same[3];
 			vector(t, p, 0, in);
 			vector(s, q, transmit, out);
-			bsdfrbf_eval(model[m], in, out, value);
+			bsdfrbf_eval(fixture_model[m], in, out, value);
 			for (int k = 0; k < count; k++) {
 				if (isotropic) {
 					vector(t, p + 61 * k, 0, i);
@@ -243,7 +227,7 @@ static void symmetry_holds(void **state)
 					rbf_mirror((unsigned)ops[k], in, i);
 					rbf_mirror((unsigned)ops[k], out, o);
 				}
-				bsdfrbf_eval(model[m], i, o, same);
+				bsdfrbf_eval(fixture_model[m], i, o, same);
 				assert_float_equal(value[0], same[0], 2e-3f * value[0] + 1e-5f);
 			}
 		}
@@ -260,23 +244,23 @@ static void vectors_of_all_kinds(void **state)
 		for (size_t i = 0; i < kinds; i++)
 			for (size_t o = 0; o < kinds; o++) {
 				float value[3], small, large, out[3];
-				bsdfrbf_eval(model[m], kind[i], kind[o], value);
+				bsdfrbf_eval(fixture_model[m], kind[i], kind[o], value);
 				assert_true(isfinite(value[0]) && value[0] >= 0);
-				assert_true(isfinite(bsdfrbf_pdf(model[m], kind[i], kind[o])));
-				bsdfrbf_resolution(model[m], kind[i], kind[o], 1, &small, &large);
+				assert_true(isfinite(bsdfrbf_pdf(fixture_model[m], kind[i], kind[o])));
+				bsdfrbf_resolution(fixture_model[m], kind[i], kind[o], 1, &small, &large);
 				assert_true(small > 0 && large >= small);
 				if (o < 2) {
-					bsdfrbf_dhr(model[m], kind[i], (int)o, value);
+					bsdfrbf_dhr(fixture_model[m], kind[i], (int)o, value);
 					assert_true(isfinite(value[0]) && value[0] >= 0);
-					bsdfrbf_sample(model[m], kind[i], (int)o, .3, out);
+					bsdfrbf_sample(fixture_model[m], kind[i], (int)o, .3, out);
 					assert_true(isfinite(out[0]) && isfinite(out[1]) && isfinite(out[2]));
 				}
 			}
 	/* length does not matter */
 	const float in[3] = {.3f, .1f, .9f}, out[3] = {-.2f, .1f, .8f}, in2[3] = {3, 1, 9}, out2[3] = {-.002f, .001f, .008f};
 	float a[3], b[3];
-	bsdfrbf_eval(model[2], in, out, a);
-	bsdfrbf_eval(model[2], in2, out2, b);
+	bsdfrbf_eval(fixture_model[2], in, out, a);
+	bsdfrbf_eval(fixture_model[2], in2, out2, b);
 	assert_true(a[1] > 0);
 	assert_float_equal(a[1], b[1], 1e-4f * a[1]);
 }
@@ -287,7 +271,7 @@ static void forked_processes(void **state)
 	float in[3], out[3], before[3], value[3];
 	vector(40, 20, 0, in);
 	vector(30, 200, 0, out);
-	bsdfrbf_eval(model[2], in, out, before);
+	bsdfrbf_eval(fixture_model[2], in, out, before);
 	pid_t child[3];
 	for (int k = 0; k < 3; k++) {
 		child[k] = fork();
@@ -296,15 +280,15 @@ static void forked_processes(void **state)
 			int wrong = 0;
 			for (int n = 0; n < 2000; n++) {
 				float o[3];
-				bsdfrbf_eval(model[2], in, out, value);
+				bsdfrbf_eval(fixture_model[2], in, out, value);
 				wrong |= memcmp(before, value, sizeof before) != 0;
-				wrong |= !bsdfrbf_sample(model[2], in, 0, (n + .5) / 2000, o);
+				wrong |= !bsdfrbf_sample(fixture_model[2], in, 0, (n + .5) / 2000, o);
 			}
 			_exit(wrong);
 		}
 	}
 	for (int n = 0; n < 2000; n++) {
-		bsdfrbf_eval(model[2], in, out, value);
+		bsdfrbf_eval(fixture_model[2], in, out, value);
 		assert_memory_equal(before, value, sizeof before);
 	}
 	for (int k = 0; k < 3; k++) {
@@ -378,5 +362,5 @@ int main(void)
 		cmocka_unit_test(forked_processes),
 		cmocka_unit_test(unusable_data),
 	};
-	return cmocka_run_group_tests(tests, build, clear);
+	return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -17,22 +17,6 @@ static const double CLOSE = .005;    /* all but one in twenty */
 static const double WORST = .02;      /* where a map ends in a coarse element (slats), DHR has a kink that no edge follows */
 static const double SWAPPED = .06;   /* by reciprocity: a table of at most 1536 cells, one value each */
 
-static bsdfrbf_model *model[FIXTURES];
-
-static int build(void **state)
-{
-	(void)state;
-	fixture_models(model);
-	return 0;
-}
-
-static int clear(void **state)
-{
-	(void)state;
-	fixture_close(model);
-	return 0;
-}
-
 static void quadrature_agrees(void **state)
 {
 	(void)state;
@@ -41,10 +25,10 @@ static void quadrature_agrees(void **state)
 	for (int m = 0; m < FIXTURES; m++) {
 		double sum = 0, worst = 0;
 		int beyond = 0, count = 0, transmit;
-		fixture_component(model[m], &transmit);
+		fixture_component(fixture_model[m], &transmit);
 		for (int t = 0; t < INCIDENCES; t++)
 			for (int turn = 0; turn < 2; turn++) {
-				question q = question_at(model[m], theta_deg[t], 360 * random_unit(&seed));
+				question q = question_at(fixture_model[m], theta_deg[t], 360 * random_unit(&seed));
 				float table[3];
 				const int channels = bsdfrbf_channels(q.model);
 				quadrature cells = quadrature_make(scattered, &q, channels, 1e-5);
@@ -71,11 +55,11 @@ static void swapped_agrees(void **state)
 	(void)state;
 	for (int m = 0; m < FIXTURES; m++) {
 		int transmit;
-		const rbf_component *c = fixture_component(model[m], &transmit);
-		if (c != &model[m]->component[BSDFRBF_TF])
+		const rbf_component *c = fixture_component(fixture_model[m], &transmit);
+		if (c != &fixture_model[m]->component[BSDFRBF_TF])
 			continue;
 		for (int t = 1; t < INCIDENCES - 3; t++) {
-			question q = {.model = model[m]};
+			question q = {.model = fixture_model[m]};
 			double d[3];
 			float table[3];
 			polar(theta_deg[t], 70. * t, d);
@@ -125,10 +109,10 @@ static void samples_agree(void **state)
 	uint64_t seed = 3;
 	for (int m = 0; m < FIXTURES; m++) {
 		int transmit;
-		fixture_component(model[m], &transmit);
-		const int y = bsdfrbf_channels(model[m]) == 3;
+		fixture_component(fixture_model[m], &transmit);
+		const int y = bsdfrbf_channels(fixture_model[m]) == 3;
 		for (int t = 0; t < INCIDENCES; t++) {
-			question q = question_at(model[m], theta_deg[t], 29 * t);
+			question q = question_at(fixture_model[m], theta_deg[t], 29 * t);
 			double mean = 0, expected = 0;
 			for (int i = 0; i < SAMPLES; i++) {
 				float o[3];
@@ -156,14 +140,14 @@ static void no_gain_outside(void **state)
 	(void)state;
 	for (int m = 0; m < FIXTURES; m++) {
 		int transmit;
-		fixture_component(model[m], &transmit);
+		fixture_component(fixture_model[m], &transmit);
 		for (double theta = 60; theta < 89.95; theta += .5) {
 			double d[3];
 			float dhr[3];
 			polar(theta, 20, d);
 			const float in[3] = {(float)d[0], (float)d[1], (float)d[2]};
-			bsdfrbf_dhr(model[m], in, transmit, dhr);
-			for (int n = 0; n < bsdfrbf_channels(model[m]); n++)
+			bsdfrbf_dhr(fixture_model[m], in, transmit, dhr);
+			for (int n = 0; n < bsdfrbf_channels(fixture_model[m]); n++)
 				assert_true(dhr[n] >= 0 && dhr[n] < 1.02f);
 		}
 	}
@@ -177,5 +161,5 @@ int main(void)
 		cmocka_unit_test(samples_agree),
 		cmocka_unit_test(no_gain_outside),
 	};
-	return cmocka_run_group_tests(tests, build, clear);
+	return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -19,8 +19,8 @@ static bsdfrbf_model *model[MODELS];
 
 static int build(void **state)
 {
-	(void)state;
-	fixture_models(model);
+	fixture_setup(state);
+	memcpy(model, fixture_model, sizeof fixture_model);
 	for (int m = 0; m < RANDOM_PLANS; m++)
 		model[FIXTURES + m] = random_model(&random_plans[m], 7u + (uint64_t)m);
 	return 0;
@@ -28,10 +28,9 @@ static int build(void **state)
 
 static int clear(void **state)
 {
-	(void)state;
-	for (int m = 0; m < MODELS; m++)
+	for (int m = FIXTURES; m < MODELS; m++)
 		bsdfrbf_close(model[m]);
-	return 0;
+	return fixture_teardown(state);
 }
 
 /* Incidence t of a model, at an azimuth that is no axis. */
