@@ -4,15 +4,15 @@
  * libraries. test/compare compiles this when it runs. pairs: incident xyz, outgoing xyz, as in query.bin.
  */
 
-/* SDevalBSDF() of Radiance's bsdf.h: value, outgoing, incident, data; a value starts with its luminance. */
-typedef int radiance_eval(void *value, const double outgoing[3], const double incident[3], const void *data);
+/* SDevalBSDF() of Radiance's bsdf.h: value, incident, outgoing, data; a value starts with its luminance. */
+typedef int radiance_eval(void *value, const double incident[3], const double outgoing[3], const void *data);
 
 int loop_radiance(radiance_eval *eval, const void *data, long count, const float *pairs, float *answers)
 {
 	union { double luminance; char room[1024]; } value;
 	for (long n = 0; n < count; n++, pairs += 6) {
 		const double incident[3] = {pairs[0], pairs[1], pairs[2]}, outgoing[3] = {pairs[3], pairs[4], pairs[5]};
-		const int status = eval(&value, outgoing, incident, data);
+		const int status = eval(&value, incident, outgoing, data);
 		if (status)
 			return status;
 		answers[n] = (float)value.luminance;
