@@ -30,15 +30,26 @@ static int first_of(const rbf_klems *b, int ring)
 	return first;
 }
 
-int rbf_klems_find(const rbf_klems *b, const float d[3])
+int rbf_klems_place(const rbf_klems *b, const float d[3], double *turn)
 {
 	const double theta = atan2(hypot((double)d[0], (double)d[1]), (double)d[2]) * (180 / RBF_PI);
-	double turn = atan2((double)d[1], (double)d[0]) / (2 * RBF_PI);
 	int ring = 0;
 	while (ring < b->rings - 1 && theta >= b->theta[ring + 1])
 		ring++;
-	turn -= floor(turn);
-	return first_of(b, ring) + (int)floor(turn * b->count[ring] + .5) % b->count[ring];
+	*turn = atan2((double)d[1], (double)d[0]) / (2 * RBF_PI);
+	return ring;
+}
+
+int rbf_klems_at(const rbf_klems *b, int ring, double turn)
+{
+	return first_of(b, ring) + (int)floor((turn - floor(turn)) * b->count[ring] + .5) % b->count[ring];
+}
+
+int rbf_klems_find(const rbf_klems *b, const float d[3])
+{
+	double turn;
+	const int ring = rbf_klems_place(b, d, &turn);
+	return rbf_klems_at(b, ring, turn);
 }
 
 /* sin^2 at the limits of a ring */

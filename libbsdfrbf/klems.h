@@ -19,6 +19,12 @@ const rbf_klems *rbf_klems_basis(bsdfrbf_basis basis);
 /* Ring of a patch and its number in it. */
 int rbf_klems_ring(const rbf_klems *basis, int patch, int *within);
 
+/* Ring of a direction with z > 0, and its azimuth in turns. */
+int rbf_klems_place(const rbf_klems *basis, const float d[3], double *turn);
+
+/* Patch of a ring at an azimuth in turns. */
+int rbf_klems_at(const rbf_klems *basis, int ring, double turn);
+
 /* Patch of a direction with z > 0. */
 int rbf_klems_find(const rbf_klems *basis, const float d[3]);
 

@@ -2,7 +2,8 @@
 /*
  * Klems matrices: the mean of f over an incident and an outgoing patch. For each of several incident directions of a patch the
  * exitant hemisphere is integrated adaptively (exitant.h) into the patches; cells with much energy are cut until they lie in one
- * patch. The sum over outgoing patches is then brought to the mean DHR of the incident patch.
+ * patch. The sum over outgoing patches is then brought to the mean DHR of the incident patch. Where the azimuth of incidence only
+ * turns the exitant hemisphere (isotropic), one integral serves all patches of a ring, turned.
  * Patches of Radiance's common/bsdf_m.c: incident vectors are looked up with x and y negated, outgoing ones as they are.
  */
 #include "klems.h"
@@ -14,8 +15,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIRST = 4, FINEST = 5, DEEPEST = 8, MOST_STEPS = 6 };
-static const double EDGE_SHARE = 2e-3; /* of the DHR: a cell with more is cut where patches meet */
+enum { FIRST = 4, FINEST = 5, DEEPEST = 8, MOST_STEPS = 6, MOST_STEPS_RING = 16 };
+enum { MOST_QUARTER = 6 };             /* patches in a quarter of a ring */
+enum { TURNS = 8, TURNS_AXIS = 47 };   /* azimuths within a patch; around the axis, a number that no ring's count divides */
+static const double EDGE_SHARE = 1e-4; /* of the DHR: a cell with more is cut where patches meet */
 
 /* Means of f by channel, outgoing and incident patch. */
 typedef struct matrix {
@@ -26,19 +29,26 @@ typedef struct worker {
 	const rbf_klems *basis;
 	const rbf_component *component;
 	rbf_exitant exitant;
-	double hit[RBF_KLEMS_PATCHES];     /* projected solid angle of what fell into each patch */
-	double sum[3][RBF_KLEMS_PATCHES];
+	double hit[MOST_QUARTER][RBF_KLEMS_PATCHES]; /* projected solid angle of what fell into each patch, for each column */
+	double sum[MOST_QUARTER][3][RBF_KLEMS_PATCHES];
 	double limit;                      /* f times projected solid angle, luminance */
+	int columns, turns;                /* a ring's columns, and azimuths for each */
+	double step;                       /* from one azimuth to the next, in turns */
 } worker;
 
-static int at_edge(void *user, const rbf_exitant_leaf *leaf)
+static int much_energy(const worker *w, const rbf_exitant_leaf *leaf)
 {
-	const worker *w = user;
 	const uint32_t y = rbf_luminance(w->component->channels);
 	double energy = 0;
 	for (int n = 0; n < 4; n++)
 		energy += (double)leaf->value[n][y];
-	if (energy * .25 * RBF_PI / (double)(1 << 2 * leaf->level) < w->limit)
+	return energy * .25 * RBF_PI / (double)(1 << 2 * leaf->level) >= w->limit;
+}
+
+static int at_edge(void *user, const rbf_exitant_leaf *leaf)
+{
+	const worker *w = user;
+	if (!much_energy(w, leaf))
 		return 0;
 	const int patch = rbf_klems_find(w->basis, leaf->direction[0]);
 	for (int n = 1; n < 4; n++)
@@ -47,62 +57,127 @@ static int at_edge(void *user, const rbf_exitant_leaf *leaf)
 	return 0;
 }
 
+/* Turned about the axis, an edge of patches comes by everywhere. */
+static int at_turned_edge(void *user, const rbf_exitant_leaf *leaf)
+{
+	return much_energy(user, leaf);
+}
+
+static void add(worker *w, int column, int patch, double area, const float value[3])
+{
+	w->hit[column][patch] += area;
+	for (uint32_t c = 0; c < w->component->channels; c++)
+		w->sum[column][c][patch] += area * (double)value[c];
+}
+
 static void to_patches(void *user, const rbf_exitant_leaf *leaf)
 {
 	worker *w = user;
 	const double area = .25 * RBF_PI / (double)(1 << 2 * leaf->level);
+	for (int n = 0; n < 4; n++)
+		add(w, 0, rbf_klems_find(w->basis, leaf->direction[n]), area, leaf->value[n]);
+}
+
+static void to_turned_patches(void *user, const rbf_exitant_leaf *leaf)
+{
+	worker *w = user;
+	const double area = .25 * RBF_PI / (double)(1 << 2 * leaf->level);
 	for (int n = 0; n < 4; n++) {
-		const int patch = rbf_klems_find(w->basis, leaf->direction[n]);
-		w->hit[patch] += area;
-		for (uint32_t c = 0; c < w->component->channels; c++)
-			w->sum[c][patch] += area * (double)leaf->value[n][c];
+		double turn;
+		const int ring = rbf_klems_place(w->basis, leaf->direction[n], &turn);
+		for (int column = 0; column < w->columns; column++)
+			for (int k = 0; k < w->turns; k++)
+				add(w, column, rbf_klems_at(w->basis, ring, turn + (column * w->turns + k) * w->step), area, leaf->value[n]);
 	}
+}
+
+static void start_column(worker *w)
+{
+	memset(w->hit, 0, sizeof w->hit);
+	memset(w->sum, 0, sizeof w->sum);
+}
+
+/* Adds the exitant integral at the point (u, v) of an incident patch; dhr: grows by `share` of the DHR there. */
+static void add_incidence(worker *w, int patch, double u, double v, double share, double dhr[3])
+{
+	float incident[3];
+	double one[3];
+	rbf_site site;
+	rbf_klems_point(w->basis, patch, u, v, incident);
+	incident[0] = -incident[0];
+	incident[1] = -incident[1];
+	rbf_resample_site(w->component, incident, .2, &site, one, &w->exitant);
+	w->limit = EDGE_SHARE * one[rbf_luminance(w->component->channels)];
+	rbf_exitant_run(&w->exitant, &site);
+	for (uint32_t k = 0; k < w->component->channels; k++)
+		dhr[k] += share * one[k];
+}
+
+/* Column i of the matrix from what has been summed. */
+static void end_column(const worker *w, int column, int i, const double dhr[3], matrix *m)
+{
+	const rbf_klems *b = w->basis;
+	for (uint32_t k = 0; k < w->component->channels; k++) {
+		double total = 0;
+		for (int o = 0; o < b->patches; o++) {
+			const double hit = w->hit[column][o], mean = hit > 0 ? w->sum[column][k][o] / hit : 0;
+			m->f[k][o][i] = mean;
+			total += mean * rbf_klems_omega(b, o);
+		}
+		const double scale = rbf_resample_correction(dhr[k], total);
+		for (int o = 0; o < b->patches; o++)
+			m->f[k][o][i] = m->f[k][o][i] * scale + (double)w->component->lambertian[k] / RBF_PI;
+	}
+}
+
+/* How many steps of about the lobes' width cover a patch: along theta, and around. */
+static void steps(const worker *w, int ring, int patch, double *along, double *around)
+{
+	const rbf_klems *b = w->basis;
+	const double tall = (b->theta[ring + 1] - b->theta[ring]) * (RBF_PI / 180), middle = (b->theta[ring + 1] + b->theta[ring]) * (RBF_PI / 360);
+	const double wide = 2 * RBF_PI * (ring ? sin(middle) : .5 * tall) / (ring ? b->count[ring] : 4);
+	float incident[3];
+	rbf_site site;
+	rbf_klems_point(b, patch, .5, .5, incident);
+	incident[0] = -incident[0];
+	incident[1] = -incident[1];
+	rbf_site_locate(w->component, incident, &site);
+	const double width = 1.5 * rbf_exitant_width(&site);
+	/* not fewer than show the way of the DHR */
+	*along = fmax(ceil(tall / width), ring == b->rings - 1 ? 4 : 3);
+	*around = fmax(ceil(wide / width), 2);
 }
 
 /* One column of the matrix: incident patch i. */
 static void make_column(worker *w, int i, matrix *m)
 {
-	const rbf_klems *b = w->basis;
-	const rbf_component *c = w->component;
 	int within;
-	const int ring = rbf_klems_ring(b, i, &within);
-	const double tall = (b->theta[ring + 1] - b->theta[ring]) * (RBF_PI / 180), middle = (b->theta[ring + 1] + b->theta[ring]) * (RBF_PI / 360);
-	const double wide = 2 * RBF_PI * (ring ? sin(middle) : .5 * tall) / (ring ? b->count[ring] : 4);
-	float incident[3];
-	rbf_site site;
-	rbf_klems_point(b, i, .5, .5, incident);
-	incident[0] = -incident[0];
-	incident[1] = -incident[1];
-	rbf_site_locate(c, incident, &site);
-	/* steps of about the lobes' width, not fewer than show the way of the DHR */
-	const double width = 1.5 * rbf_exitant_width(&site);
-	const int rows = (int)fmin(fmax(ceil(tall / width), ring == b->rings - 1 ? 4 : 2), MOST_STEPS);
-	const int columns = (int)fmin(fmax(ceil(wide / width), c->mesh.symmetry == RBF_ISOTROPIC ? 1 : 2), MOST_STEPS);
-	double dhr[3] = {0}, total[3] = {0};
-	memset(w->hit, 0, sizeof w->hit);
-	memset(w->sum, 0, sizeof w->sum);
+	double along, around, dhr[3] = {0};
+	steps(w, rbf_klems_ring(w->basis, i, &within), i, &along, &around);
+	const int rows = (int)fmin(along, MOST_STEPS), columns = (int)fmin(around, MOST_STEPS);
+	start_column(w);
 	for (int u = 0; u < rows; u++)
-		for (int v = 0; v < columns; v++) {
-			double one[3];
-			rbf_klems_point(b, i, (u + .5) / rows, (v + .5) / columns, incident);
-			incident[0] = -incident[0];
-			incident[1] = -incident[1];
-			rbf_resample_site(c, incident, .2, &site, one, &w->exitant);
-			w->limit = EDGE_SHARE * one[rbf_luminance(c->channels)];
-			rbf_exitant_run(&w->exitant, &site);
-			for (uint32_t k = 0; k < c->channels; k++)
-				dhr[k] += one[k] / (rows * columns);
-		}
-	for (uint32_t k = 0; k < c->channels; k++) {
-		for (int o = 0; o < b->patches; o++) {
-			const double mean = w->hit[o] > 0 ? w->sum[k][o] / w->hit[o] : 0;
-			m->f[k][o][i] = mean;
-			total[k] += mean * rbf_klems_omega(b, o);
-		}
-		const double scale = rbf_resample_correction(dhr[k], total[k]);
-		for (int o = 0; o < b->patches; o++)
-			m->f[k][o][i] = m->f[k][o][i] * scale + (double)c->lambertian[k] / RBF_PI;
-	}
+		for (int v = 0; v < columns; v++)
+			add_incidence(w, i, (u + .5) / rows, (v + .5) / columns, 1. / (rows * columns), dhr);
+	end_column(w, 0, i, dhr, m);
+}
+
+/* The columns of the first quarter of an incident ring, which starts at patch i; isotropic components. */
+static void make_ring(worker *w, int i, matrix *m)
+{
+	int within;
+	const int ring = rbf_klems_ring(w->basis, i, &within), count = w->basis->count[ring];
+	double along, around, dhr[3] = {0};
+	steps(w, ring, i, &along, &around);
+	const int rows = (int)fmin(along, MOST_STEPS_RING);
+	w->columns = count == 1 ? 1 : count / 4;
+	w->turns = count == 1 ? TURNS_AXIS : TURNS;
+	w->step = 1. / (count * w->turns);
+	start_column(w);
+	for (int u = 0; u < rows; u++)
+		add_incidence(w, i, (u + .5) / rows, .5 / w->turns, 1. / rows, dhr); /* the first of the azimuths */
+	for (int column = 0; column < w->columns; column++)
+		end_column(w, column, i + column, dhr, m);
 }
 
 /* The incident patch that stands for patch i, and how i comes from it: mirrored (op) or turned. Incident vectors are the patch's
@@ -132,6 +207,7 @@ static int canonical(const rbf_klems *b, const rbf_component *c, int i, unsigned
 static bsdfrbf_status make_matrix(bsdfrbf_context *context, const bsdfrbf_resample_options *options, const rbf_klems *b,
 	const rbf_component *c, double from, double share, matrix *m)
 {
+	const int isotropic = c->mesh.symmetry == RBF_ISOTROPIC;
 	int failed = 0, cancelled = 0, done = 0;
 #pragma omp parallel num_threads(rbf_resample_threads(options))
 	{
@@ -140,20 +216,24 @@ static bsdfrbf_status make_matrix(bsdfrbf_context *context, const bsdfrbf_resamp
 		if (ready) {
 			w->basis = b;
 			w->component = c;
-			w->exitant.leaf = to_patches;
-			w->exitant.split = at_edge;
+			w->exitant.leaf = isotropic ? to_turned_patches : to_patches;
+			w->exitant.split = isotropic ? at_turned_edge : at_edge;
 			w->exitant.user = w;
 		}
 #pragma omp for schedule(dynamic, 1)
 		for (int n = 0; n < b->patches; n++) {
 			const int i = b->patches - 1 - n; /* the slowest first */
 			unsigned op;
-			int quarters, stop, count;
+			int quarters, stop, count, within;
 #pragma omp atomic read
 			stop = cancelled;
 			if (!ready) {
 #pragma omp atomic write
 				failed = 1;
+			} else if (!stop && isotropic) {
+				rbf_klems_ring(b, i, &within);
+				if (!within)
+					make_ring(w, i, m);
 			} else if (!stop && canonical(b, c, i, &op, &quarters) == i)
 				make_column(w, i, m);
 #pragma omp atomic capture
