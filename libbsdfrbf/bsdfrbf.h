@@ -71,10 +71,12 @@ typedef enum bsdfrbf_status {
 /* Short English text for a status; never NULL. */
 BSDFRBF_API const char *bsdfrbf_status_text(bsdfrbf_status status);
 
+/* Holds the message of the last failure, and where warnings and progress go. */
 typedef struct bsdfrbf_context bsdfrbf_context;
 
 /* New context, or NULL when out of memory. */
 BSDFRBF_API bsdfrbf_context *bsdfrbf_context_new(void);
+/* Releases it; NULL: nothing to do. */
 BSDFRBF_API void bsdfrbf_context_free(bsdfrbf_context *context);
 
 /* Message of the last failure, "" if none; valid until the next call with this context. */
@@ -95,16 +97,24 @@ BSDFRBF_API void bsdfrbf_set_progress(bsdfrbf_context *context,
 /* Measured samples, gathered per incident direction, component and colour. */
 typedef struct bsdfrbf_data bsdfrbf_data;
 
+/* Incident side and what happens there. */
 typedef enum bsdfrbf_component {
-	BSDFRBF_RF = 0, BSDFRBF_RB = 1, BSDFRBF_TF = 2, BSDFRBF_TB = 3
+	BSDFRBF_RF = 0, /* reflection of what comes from the front */
+	BSDFRBF_RB = 1, /* reflection of what comes from the back */
+	BSDFRBF_TF = 2, /* transmission from the front to the back */
+	BSDFRBF_TB = 3  /* transmission from the back to the front */
 } bsdfrbf_component;
 
+/* What measured values are. */
 typedef enum bsdfrbf_quantity {
 	BSDFRBF_QUANTITY_BSDF = 0, /* sr^-1, no cosine */
 	BSDFRBF_QUANTITY_DSF = 1   /* BSDF times |cos(theta_o)| */
 } bsdfrbf_quantity;
 
+/* Empty measurements, or NULL when out of memory. */
 BSDFRBF_API bsdfrbf_data *bsdfrbf_data_new(bsdfrbf_context *context);
+
+/* Releases them; NULL: nothing to do. */
 BSDFRBF_API void bsdfrbf_data_free(bsdfrbf_data *data);
 
 /* Reads one measurement file: Mountain (PAB-Opto) text as described in pabopto2bsdf(1), or Zemax
@@ -119,19 +129,22 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_data_add(bsdfrbf_context *context, bsdfrbf_da
 	const double incident[3], size_t count, const double *outgoing, const double *values,
 	int channels, bsdfrbf_quantity quantity);
 
-/* What has been read: 0 channels while empty, then 1 or 3; number of incident directions of a component. */
+/* Channels of what has been read: 0 while empty, then 1 or 3. */
 BSDFRBF_API int bsdfrbf_data_channels(const bsdfrbf_data *data);
+
+/* Number of incident directions at which a component was measured. */
 BSDFRBF_API size_t bsdfrbf_data_incidences(const bsdfrbf_data *data, bsdfrbf_component component);
 
 /* Samples of one incident direction, seen from the component's own sides: all vectors have z > 0, x and y are kept.
- * direction: unit; outgoing: count x 3, unit; dsf: count x channels, f |cos(theta_o)|, sr^-1, with noise that may be
- * negative. The arrays are the data's, valid until it is changed or freed. Errors: ARGUMENT (no such incidence). */
+ * The arrays are the data's, valid until it is changed or freed. */
 typedef struct bsdfrbf_samples {
-	double direction[3];
-	size_t count;
-	const double *outgoing;
-	const float *dsf;
+	double direction[3];    /* incident, unit */
+	size_t count;           /* of samples */
+	const double *outgoing; /* count x 3, unit */
+	const float *dsf;       /* count x channels, f |cos(theta_o)|, sr^-1, with noise that may be negative */
 } bsdfrbf_samples;
+
+/* Fills `samples` with those of incident direction `index` of a component. Errors: ARGUMENT (no such incidence). */
 BSDFRBF_API bsdfrbf_status bsdfrbf_data_get(const bsdfrbf_data *data, bsdfrbf_component component, size_t index,
 	bsdfrbf_samples *samples);
 
@@ -147,8 +160,10 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_data_cull(bsdfrbf_context *context, bsdfrbf_d
 
 /* ------------------------------------------------------------------- build */
 
+/* An interpolant: up to four components. Immutable, shareable by threads and forked processes. */
 typedef struct bsdfrbf_model bsdfrbf_model;
 
+/* How an interpolant is built. */
 typedef struct bsdfrbf_build_options {
 	size_t size;      /* sizeof(bsdfrbf_build_options), set by bsdfrbf_build_defaults() */
 	int threads;      /* 0: as many as OpenMP offers */
@@ -157,6 +172,7 @@ typedef struct bsdfrbf_build_options {
 	int lobes;        /* lobes per incidence; 0: chosen from the data */
 } bsdfrbf_build_options;
 
+/* Fills in the defaults: everything found from the data. */
 BSDFRBF_API void bsdfrbf_build_defaults(bsdfrbf_build_options *options);
 
 /* Builds the interpolant of every component that `data` has. options NULL: defaults.
@@ -177,6 +193,7 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_save(bsdfrbf_context *context, const bsdfrbf_
  * keeps the old one; if it is shortened in place while it is open, reading it raises SIGBUS. Errors: IO, FORMAT, VERSION, MEMORY. */
 BSDFRBF_API bsdfrbf_status bsdfrbf_open(bsdfrbf_context *context, const char *path, bsdfrbf_model **model);
 
+/* Releases a model that was built or opened; NULL: nothing to do. */
 BSDFRBF_API void bsdfrbf_close(bsdfrbf_model *model);
 
 /* 1 if the file starts with the magic number of an .rbf file, 0 if not or if it cannot be read. */
@@ -239,8 +256,11 @@ BSDFRBF_API void bsdfrbf_resolution(const bsdfrbf_model *model, const float inci
 
 /* ---------------------------------------------------------------- resample */
 
+/* Angle basis of a matrix: LBNL/Klems. */
 typedef enum bsdfrbf_basis {
-	BSDFRBF_KLEMS_FULL = 0, BSDFRBF_KLEMS_HALF = 1, BSDFRBF_KLEMS_QUARTER = 2
+	BSDFRBF_KLEMS_FULL = 0,   /* 145 patches */
+	BSDFRBF_KLEMS_HALF = 1,   /* 77 patches, as in Radiance's bsdf_m.c */
+	BSDFRBF_KLEMS_QUARTER = 2 /* 41 patches */
 } bsdfrbf_basis;
 
 /* How a model is turned into BSDF XML (WindowElement). Texts may be NULL; they are the caller's. */
@@ -248,15 +268,17 @@ typedef struct bsdfrbf_resample_options {
 	size_t size;              /* sizeof(bsdfrbf_resample_options), set by bsdfrbf_resample_defaults() */
 	int threads;              /* 0: as many as OpenMP offers */
 	unsigned components;      /* bit 1 << bsdfrbf_component for each one wanted; 0: all that the model has */
-	/* where to: a file that is replaced when all is written, or else a function that answers 0 unless it failed */
-	const char *path;
-	int (*write)(void *user, const void *data, size_t bytes);
-	void *user;
+	/* where to */
+	const char *path;         /* a file that is replaced when all is written, */
+	int (*write)(void *user, const void *data, size_t bytes); /* or else a function that answers 0 unless it failed */
+	void *user;               /* handed to that function */
 	/* for the file's head */
 	const char *name;         /* NULL: the model's text "name" */
-	const char *manufacturer;
+	const char *manufacturer; /* NULL: "Manufacturer" */
 	const char *comment;      /* e.g. the command */
-	double thickness, width, height; /* metres; 0: left out */
+	double thickness;         /* metres; 0: left out */
+	double width;             /* the same */
+	double height;            /* the same */
 	int embed;                /* 1: the XML carries the interpolant as well, in a comment (an opened model only) */
 	const char *link;         /* or it points to this .rbf file: a path from the folder of the XML, or from the root */
 	/* tree */
@@ -265,11 +287,12 @@ typedef struct bsdfrbf_resample_options {
 	double cull;              /* per cent of the finest cells that are to be saved at least; 0: as `error` gives */
 	int reciprocal;           /* 1: the mean of f(a, b) and f(b, a) is written, where both were measured */
 	/* matrix */
-	bsdfrbf_basis basis;
+	bsdfrbf_basis basis;      /* of the incident and of the outgoing directions */
 	int window;               /* 1: for WINDOW: all four components, Visible and, if there is one, Solar */
 	const bsdfrbf_model *solar; /* model that the Solar block of WINDOW is from, or NULL; may be the visible one */
 } bsdfrbf_resample_options;
 
+/* Fills in the defaults: all components, error .03, full basis, no texts; the caller adds where to. */
 BSDFRBF_API void bsdfrbf_resample_defaults(bsdfrbf_resample_options *options);
 
 /* Writes a tensor tree as Radiance's SDloadFile() reads it: of rank 3 if all components are isotropic, else of rank 4.
@@ -295,7 +318,7 @@ typedef struct bsdfrbf_component_info {
 	int edges;               /* directed edges with recorded residual transport */
 	uint64_t lobes;          /* all lobes of all incidences */
 	int frames;              /* number of maps in use */
-	const char *frame_name[8];
+	const char *frame_name[8]; /* their names */
 	float frame_share[8];    /* energy share of each */
 	int residual;            /* 1: residual transport is used */
 	float residual_deg;      /* its energy-weighted mean, degrees */
@@ -303,23 +326,25 @@ typedef struct bsdfrbf_component_info {
 	float loo_error;         /* mean leave-one-incidence-out L1, < 0 unknown */
 	float asymmetry;         /* relative L1 of the data against the symmetry, < 0 not measurable */
 	float theta_max_deg;     /* largest measured polar angle */
-	int mirror_x, mirror_y;  /* 1: x -> -x, y -> -y maps the material onto itself */
+	int mirror_x;            /* 1: x -> -x maps the material onto itself */
+	int mirror_y;            /* 1: so does y -> -y */
 	int half_turn;           /* 1: so does half a turn about z */
 } bsdfrbf_component_info;
 
-/* Status ARGUMENT if the component is missing. */
+/* Fills in the facts. Errors: ARGUMENT (the component is missing). */
 BSDFRBF_API bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_component component,
 	bsdfrbf_component_info *info);
 
 /* Facts about incidence `index` of a component. */
 typedef struct bsdfrbf_incidence_info {
 	float direction[3];  /* as measured, seen from the component's incident side: z > 0 */
-	int lobes;
+	int lobes;           /* fitted to it */
 	float dhr;           /* luminance, from the fit */
 	float fit_error;     /* relative L1 against held-out samples, < 0 unknown */
 	float loo_error;     /* leave-one-incidence-out L1, < 0 unknown */
 } bsdfrbf_incidence_info;
 
+/* Fills in the facts. Errors: ARGUMENT (no such component or incidence). */
 BSDFRBF_API bsdfrbf_status bsdfrbf_get_incidence_info(const bsdfrbf_model *model, bsdfrbf_component component,
 	int index, bsdfrbf_incidence_info *info);
 
@@ -330,6 +355,7 @@ typedef struct bsdfrbf_vertex_info {
 	int mirrored;        /* 1: an image */
 } bsdfrbf_vertex_info;
 
+/* Fills in the facts. Errors: ARGUMENT (no such component or vertex). */
 BSDFRBF_API bsdfrbf_status bsdfrbf_get_vertex_info(const bsdfrbf_model *model, bsdfrbf_component component,
 	int index, bsdfrbf_vertex_info *info);
 

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Target `reference`: the library's functions as web pages, build/doc/api/html, made from bsdfrbf.h. Anything public
+# without a description is an error.
+find_package(Doxygen)
+if(DOXYGEN_FOUND)
+	set(DOXYGEN_INPUT_FILTER "sed -f ${CMAKE_CURRENT_LIST_DIR}/comments.sed")
+	set(DOXYGEN_PREDEFINED BSDFRBF_API=)
+	set(DOXYGEN_MACRO_EXPANSION YES)
+	set(DOXYGEN_EXCLUDE_SYMBOLS BSDFRBF_H BSDFRBF_API "BSDFRBF_VERSION_*")
+	set(DOXYGEN_OPTIMIZE_OUTPUT_FOR_C YES)
+	set(DOXYGEN_TYPEDEF_HIDES_STRUCT YES)
+	set(DOXYGEN_JAVADOC_AUTOBRIEF YES)
+	set(DOXYGEN_MARKDOWN_SUPPORT NO)
+	set(DOXYGEN_SORT_MEMBER_DOCS NO)
+	set(DOXYGEN_SHOW_INCLUDE_FILES NO)
+	set(DOXYGEN_VERBATIM_HEADERS NO)
+	set(DOXYGEN_HAVE_DOT NO)
+	set(DOXYGEN_FULL_PATH_NAMES NO)
+	set(DOXYGEN_QUIET YES)
+	set(DOXYGEN_WARN_AS_ERROR FAIL_ON_WARNINGS)
+	set(DOXYGEN_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/doc/api)
+	doxygen_add_docs(reference ${CMAKE_SOURCE_DIR}/libbsdfrbf/bsdfrbf.h)
+endif()
