@@ -2,6 +2,7 @@
 #include "carrier.h"
 #include "resample.h"
 
+#include <math.h>
 #include <omp.h>
 #include <string.h>
 
@@ -53,6 +54,25 @@ void rbf_resample_site(const rbf_component *component, const float incident[3], 
 		exitant->spread[n] = (float)(share * (dhr[n] + (double)component->lambertian[n]) / RBF_PI);
 	}
 	exitant->energy = fmax(dhr[rbf_luminance(component->channels)], 1e-9);
+}
+
+void rbf_resample_points(int n, double at[], double weight[])
+{
+	for (int i = 0; i < n; i++) {
+		double x = cos(RBF_PI * (i + .75) / (n + .5)), slope = 1;
+		for (int step = 0; step < 8; step++) { /* Newton's method on the polynomial of degree n */
+			double p = x, below = 1;
+			for (int k = 2; k <= n; k++) {
+				const double next = ((2*k - 1) * x * p - (k - 1) * below) / k;
+				below = p;
+				p = next;
+			}
+			slope = n * (x * p - below) / (x * x - 1);
+			x -= p / slope;
+		}
+		at[i] = .5 - .5 * x;
+		weight[i] = 1 / ((1 - x * x) * slope * slope);
+	}
 }
 
 double rbf_resample_correction(double dhr, double integral)

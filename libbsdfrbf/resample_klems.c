@@ -10,6 +10,7 @@
 #include "resample.h"
 #include "xml_write.h"
 
+#include <math.h>
 #include <omp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,6 +32,7 @@ typedef struct worker {
 	rbf_exitant exitant;
 	double hit[MOST_QUARTER][RBF_KLEMS_PATCHES]; /* projected solid angle of what fell into each patch, for each column */
 	double sum[MOST_QUARTER][3][RBF_KLEMS_PATCHES];
+	double share;                      /* weight of the incidence that is being integrated */
 	double limit;                      /* f times projected solid angle, luminance */
 	int columns, turns;                /* a ring's columns, and azimuths for each */
 	double step;                       /* from one azimuth to the next, in turns */
@@ -73,7 +75,7 @@ static void add(worker *w, int column, int patch, double area, const float value
 static void to_patches(void *user, const rbf_exitant_leaf *leaf)
 {
 	worker *w = user;
-	const double area = .25 * RBF_PI / (double)(1 << 2 * leaf->level);
+	const double area = w->share * .25 * RBF_PI / (double)(1 << 2 * leaf->level);
 	for (int n = 0; n < 4; n++)
 		add(w, 0, rbf_klems_find(w->basis, leaf->direction[n]), area, leaf->value[n]);
 }
@@ -81,7 +83,7 @@ static void to_patches(void *user, const rbf_exitant_leaf *leaf)
 static void to_turned_patches(void *user, const rbf_exitant_leaf *leaf)
 {
 	worker *w = user;
-	const double area = .25 * RBF_PI / (double)(1 << 2 * leaf->level);
+	const double area = w->share * .25 * RBF_PI / (double)(1 << 2 * leaf->level);
 	for (int n = 0; n < 4; n++) {
 		double turn;
 		const int ring = rbf_klems_place(w->basis, leaf->direction[n], &turn);
@@ -107,6 +109,7 @@ static void add_incidence(worker *w, int patch, double u, double v, double share
 	incident[0] = -incident[0];
 	incident[1] = -incident[1];
 	rbf_resample_site(w->component, incident, .2, &site, one, &w->exitant);
+	w->share = share;
 	w->limit = EDGE_SHARE * one[rbf_luminance(w->component->channels)];
 	rbf_exitant_run(&w->exitant, &site);
 	for (uint32_t k = 0; k < w->component->channels; k++)
@@ -155,10 +158,13 @@ static void make_column(worker *w, int i, matrix *m)
 	double along, around, dhr[3] = {0};
 	steps(w, rbf_klems_ring(w->basis, i, &within), i, &along, &around);
 	const int rows = (int)fmin(along, MOST_STEPS), columns = (int)fmin(around, MOST_STEPS);
+	double u[MOST_STEPS], v[MOST_STEPS], along_share[MOST_STEPS], around_share[MOST_STEPS];
+	rbf_resample_points(rows, u, along_share);
+	rbf_resample_points(columns, v, around_share);
 	start_column(w);
-	for (int u = 0; u < rows; u++)
-		for (int v = 0; v < columns; v++)
-			add_incidence(w, i, (u + .5) / rows, (v + .5) / columns, 1. / (rows * columns), dhr);
+	for (int r = 0; r < rows; r++)
+		for (int k = 0; k < columns; k++)
+			add_incidence(w, i, u[r], v[k], along_share[r] * around_share[k], dhr);
 	end_column(w, 0, i, dhr, m);
 }
 
@@ -173,9 +179,11 @@ static void make_ring(worker *w, int i, matrix *m)
 	w->columns = count == 1 ? 1 : count / 4;
 	w->turns = count == 1 ? TURNS_AXIS : TURNS;
 	w->step = 1. / (count * w->turns);
+	double u[MOST_STEPS_RING], share[MOST_STEPS_RING];
+	rbf_resample_points(rows, u, share);
 	start_column(w);
-	for (int u = 0; u < rows; u++)
-		add_incidence(w, i, (u + .5) / rows, .5 / w->turns, 1. / rows, dhr); /* the first of the azimuths */
+	for (int r = 0; r < rows; r++)
+		add_incidence(w, i, u[r], .5 / w->turns, share[r], dhr); /* the first of the azimuths */
 	for (int column = 0; column < w->columns; column++)
 		end_column(w, column, i + column, dhr, m);
 }

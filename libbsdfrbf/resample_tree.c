@@ -35,6 +35,7 @@ typedef struct worker {
 	job *job;
 	rbf_exitant exitant;
 	const float *incident;
+	double share;               /* weight of the incidence that is being integrated */
 	double *page;               /* channels x 4^log2 */
 	rbf_tree tree;
 } worker;
@@ -48,7 +49,7 @@ static void to_page(void *user, const rbf_exitant_leaf *leaf)
 	double mean[3] = {0};
 	for (int n = 0; n < 4; n++)
 		for (uint32_t c = 0; c < channels; c++)
-			mean[c] += .25 * (double)leaf->value[n][c];
+			mean[c] += .25 * w->share * (double)leaf->value[n][c];
 	if (j->reverse)
 		for (int n = 0; n < 4; n++) {
 			rbf_site site;
@@ -56,7 +57,7 @@ static void to_page(void *user, const rbf_exitant_leaf *leaf)
 			rbf_site_locate(j->reverse, leaf->direction[n], &site);
 			rbf_site_eval(&site, w->incident, back);
 			for (uint32_t c = 0; c < channels; c++)
-				mean[c] += .25 * ((double)back[c] - (double)leaf->value[n][c]) / 2;
+				mean[c] += .25 * w->share * ((double)back[c] - (double)leaf->value[n][c]) / 2;
 		}
 	for (uint32_t c = 0; c < channels; c++) {
 		double *page = w->page + ((size_t)c << 2 * g);
@@ -102,17 +103,21 @@ static void make_page(worker *w, uint32_t x, uint32_t y, rbf_tree_item *item, do
 	const double steps = 2 * size / fmax((double)incident[2], .3) / (1.5 * rbf_exitant_width(&site));
 	const int most = j->inputs == 1 ? MOST_SUBDIVISIONS_3 : MOST_SUBDIVISIONS_4;
 	const int n = steps > most ? most : steps > 1 ? (int)ceil(steps) : 1, rows = j->inputs == 2 ? n : 1;
+	double at[MOST_SUBDIVISIONS_3], share[MOST_SUBDIVISIONS_3], at_row[MOST_SUBDIVISIONS_3], row_share[MOST_SUBDIVISIONS_3];
+	rbf_resample_points(n, at, share);
+	rbf_resample_points(rows, at_row, row_share);
 	memset(w->page, 0, cells * c->channels * sizeof *w->page);
 	dhr[0] = dhr[1] = dhr[2] = 0;
 	for (int v = 0; v < rows; v++)
 		for (int u = 0; u < n; u++) {
 			double one[3];
-			incident_at(j, (x + (u + .5) / n) * size, (y + (v + .5) / rows) * size, incident);
+			incident_at(j, (x + at[u]) * size, (y + at_row[v]) * size, incident);
 			rbf_resample_site(c, incident, fmax(.5 * j->options->error, 2e-4), &site, one, &w->exitant);
 			w->incident = incident;
+			w->share = share[u] * row_share[v];
 			rbf_exitant_run(&w->exitant, &site);
 			for (uint32_t k = 0; k < c->channels; k++)
-				dhr[k] += one[k] / (n * rows);
+				dhr[k] += w->share * one[k];
 		}
 	memset(item, 0, cells * sizeof *item);
 	for (uint32_t k = 0; k < c->channels; k++) {
@@ -122,8 +127,7 @@ static void make_page(worker *w, uint32_t x, uint32_t y, rbf_tree_item *item, do
 			sum += page[i];
 		if (j->reverse)
 			lambertian = .5 * (lambertian + (double)j->reverse->lambertian[k]);
-		const double scale = j->reverse ? 1. / (n * rows)
-			: rbf_resample_correction(dhr[k], sum / (n * rows) * RBF_PI / (double)cells) / (n * rows);
+		const double scale = j->reverse ? 1 : rbf_resample_correction(dhr[k], sum * RBF_PI / (double)cells);
 		for (size_t i = 0; i < cells; i++)
 			item[i].value[k] = (float)(page[i] * scale + lambertian / RBF_PI);
 		dhr[k] += lambertian;
