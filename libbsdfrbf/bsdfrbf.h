@@ -237,7 +237,10 @@ BSDFRBF_API void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float in
  * Lambertian part included, into value[channels]. */
 BSDFRBF_API void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transmit, float *value);
 
-/* The same without the Lambertian part. */
+/* The same for `count` incident directions (count x 3); values: count x channels. */
+BSDFRBF_API void bsdfrbf_dhr_many(const bsdfrbf_model *model, size_t count, const float *incident, int transmit, float *values);
+
+/* As bsdfrbf_dhr() without the Lambertian part. */
 BSDFRBF_API void bsdfrbf_dhr_scatter(const bsdfrbf_model *model, const float incident[3], int transmit, float *value);
 
 /* Draws an outgoing direction with a density, per solid angle, proportional to the luminance (channel Y,
@@ -247,6 +250,15 @@ BSDFRBF_API int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[
 
 /* Density, sr^-1, with which bsdfrbf_sample() returns `outgoing`. */
 BSDFRBF_API float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const float outgoing[3]);
+
+/* The same for `count` incident directions (count x 3) with a number u each; outgoing: count x 3. Faster where the same
+ * incident direction follows itself. Returns how many were drawn; the others are 0. */
+BSDFRBF_API size_t bsdfrbf_sample_many(const bsdfrbf_model *model, size_t count, const float *incident, int transmit,
+	const double *u, float *outgoing);
+
+/* Density for `count` pairs (count x 3 each); densities: count. */
+BSDFRBF_API void bsdfrbf_pdf_many(const bsdfrbf_model *model, size_t count, const float *incident, const float *outgoing,
+	float *densities);
 
 /* Resolution: smallest and largest projected solid angle (sr) over which the scattering near this pair
  * may be taken as constant; both > 0. With outgoing NULL: over all outgoing directions of the side

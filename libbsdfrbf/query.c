@@ -47,37 +47,104 @@ void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transm
 		value[n] += c->lambertian[n];
 }
 
-int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[3], int transmit, double u, float outgoing[3])
+/* What answers for one incident direction: its place in the mesh, or a table made from the other side. */
+typedef struct sampler {
+	const rbf_component *component;
+	int swapped, below; /* below: outgoing vectors have z < 0 */
+	union {
+		rbf_site site;
+		rbf_reciprocal table;
+	} by;
+} sampler;
+
+static void sampler_find(const bsdfrbf_model *model, const float incident[3], int transmit, sampler *s)
 {
 	float local[3];
-	int swapped, drawn;
-	const rbf_component *c = side_of(model, incident, transmit, local, &swapped);
+	s->component = side_of(model, incident, transmit, local, &s->swapped);
+	s->below = (incident[2] < 0) != (transmit != 0);
+	if (s->component && s->swapped)
+		rbf_reciprocal_make(s->component, local, &s->by.table);
+	else if (s->component)
+		rbf_site_locate(s->component, local, &s->by.site);
+}
+
+static int sampler_draw(const sampler *s, double u, float outgoing[3])
+{
 	outgoing[0] = outgoing[1] = outgoing[2] = 0;
-	if (!c)
+	if (!s->component)
 		return 0;
-	if (swapped) {
-		rbf_reciprocal table;
-		rbf_reciprocal_make(c, local, &table);
-		drawn = rbf_reciprocal_sample(&table, u, outgoing);
-	} else {
-		rbf_site site;
-		rbf_site_locate(c, local, &site);
-		drawn = rbf_site_sample(&site, u, outgoing);
-	}
-	if ((incident[2] < 0) != (transmit != 0))
+	const int drawn = s->swapped ? rbf_reciprocal_sample(&s->by.table, u, outgoing) : rbf_site_sample(&s->by.site, u, outgoing);
+	if (s->below)
 		outgoing[2] = -outgoing[2];
 	return drawn;
 }
 
-float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const float outgoing[3])
+int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[3], int transmit, double u, float outgoing[3])
 {
-	float value[3], total[3], o[3] = {outgoing[0], outgoing[1], outgoing[2]};
+	sampler s;
+	sampler_find(model, incident, transmit, &s);
+	return sampler_draw(&s, u, outgoing);
+}
+
+/* 1 if vector i of a list is the one before it. */
+static int same_as_last(const float *list, size_t i)
+{
+	return i && !memcmp(list + 3 * i, list + 3 * (i - 1), 3 * sizeof *list);
+}
+
+size_t bsdfrbf_sample_many(const bsdfrbf_model *model, size_t count, const float *incident, int transmit, const double *u,
+	float *outgoing)
+{
+	sampler s;
+	size_t drawn = 0;
+	for (size_t i = 0; i < count; i++) {
+		if (!same_as_last(incident, i))
+			sampler_find(model, incident + 3 * i, transmit, &s);
+		drawn += (size_t)sampler_draw(&s, u[i], outgoing + 3 * i);
+	}
+	return drawn;
+}
+
+void bsdfrbf_dhr_many(const bsdfrbf_model *model, size_t count, const float *incident, int transmit, float *values)
+{
+	const size_t n = model->channels;
+	for (size_t i = 0; i < count; i++)
+		if (same_as_last(incident, i))
+			memcpy(values + n * i, values + n * (i - 1), n * sizeof *values);
+		else
+			bsdfrbf_dhr(model, incident + 3 * i, transmit, values + n * i);
+}
+
+/* total: DHR of the incident direction by side, < 0 where not yet known. */
+static float density(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float total[2])
+{
+	float value[3], dhr[3], o[3] = {outgoing[0], outgoing[1], outgoing[2]};
 	const uint32_t y = rbf_luminance(model->channels);
 	if (!(rbf_normalize(o) > 0))
 		return 0;
+	const int transmit = (incident[2] < 0) != (o[2] < 0);
 	bsdfrbf_eval_scatter(model, incident, o, value);
-	bsdfrbf_dhr_scatter(model, incident, (incident[2] < 0) != (o[2] < 0), total);
-	return total[y] > 0 ? value[y] * fabsf(o[2]) / total[y] : 0;
+	if (total[transmit] < 0) {
+		bsdfrbf_dhr_scatter(model, incident, transmit, dhr);
+		total[transmit] = dhr[y];
+	}
+	return total[transmit] > 0 ? value[y] * fabsf(o[2]) / total[transmit] : 0;
+}
+
+float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const float outgoing[3])
+{
+	float total[2] = {-1, -1};
+	return density(model, incident, outgoing, total);
+}
+
+void bsdfrbf_pdf_many(const bsdfrbf_model *model, size_t count, const float *incident, const float *outgoing, float *densities)
+{
+	float total[2] = {-1, -1};
+	for (size_t i = 0; i < count; i++) {
+		if (!same_as_last(incident, i))
+			total[0] = total[1] = -1;
+		densities[i] = density(model, incident + 3 * i, outgoing + 3 * i, total);
+	}
 }
 
 /* Width of what is seen: lobes weighted by their contribution in one direction, or by their energy over all. */

@@ -147,6 +147,37 @@ static void stratified_numbers(void **state)
 	}
 }
 
+/* The answers to a list are those to its rows, on measured sides and on those answered by reciprocity, whose sides change at row 7. */
+static void lists(void **state)
+{
+	(void)state;
+	enum { COUNT = 12 };
+	for (int m = 0; m < MODELS; m++)
+		for (int transmit = 0; transmit < 2; transmit++) {
+			const int channels = bsdfrbf_channels(model[m]);
+			float in[COUNT][3], out[COUNT][3], density[COUNT], dhr[COUNT * 3], one[3];
+			double u[COUNT];
+			size_t drawn = 0;
+			for (int i = 0; i < COUNT; i++) {
+				const question q = ask(m, i / 3);
+				memcpy(in[i], q.incident, sizeof in[i]);
+				in[i][2] *= i < 7 ? 1 : -1;
+				u[i] = (i % 3 + .5) / 3;
+			}
+			const size_t told = bsdfrbf_sample_many(model[m], COUNT, in[0], transmit, u, out[0]);
+			bsdfrbf_pdf_many(model[m], COUNT, in[0], out[0], density);
+			bsdfrbf_dhr_many(model[m], COUNT, in[0], transmit, dhr);
+			for (int i = 0; i < COUNT; i++) {
+				drawn += (size_t)bsdfrbf_sample(model[m], in[i], transmit, u[i], one);
+				assert_memory_equal(one, out[i], sizeof one);
+				assert_true(density[i] == bsdfrbf_pdf(model[m], in[i], out[i]));
+				bsdfrbf_dhr(model[m], in[i], transmit, one);
+				assert_memory_equal(one, dhr + i * channels, channels * sizeof *one);
+			}
+			assert_int_equal(told, drawn);
+		}
+}
+
 static void ends_of_the_range(void **state)
 {
 	(void)state;
@@ -175,6 +206,7 @@ int main(void)
 		cmocka_unit_test(chi_square),
 		cmocka_unit_test(density_integrates),
 		cmocka_unit_test(stratified_numbers),
+		cmocka_unit_test(lists),
 		cmocka_unit_test(ends_of_the_range),
 	};
 	return cmocka_run_group_tests(tests, build, clear);
