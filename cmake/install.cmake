@@ -6,6 +6,11 @@ install(TARGETS shared EXPORT bsdfrbf)
 install(FILES libbsdfrbf/bsdfrbf.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
+# for pyproject.toml: beside the Python module
+if(SKBUILD)
+	install(FILES $<TARGET_FILE:shared> DESTINATION bsdfrbf RENAME $<TARGET_SONAME_FILE_NAME:shared> COMPONENT python)
+endif()
+
 # find_package(bsdfrbf), target bsdfrbf::bsdfrbf
 set(PACKAGE_FOLDER ${CMAKE_INSTALL_LIBDIR}/cmake/bsdfrbf)
 set_target_properties(shared PROPERTIES EXPORT_NAME bsdfrbf)
