@@ -63,6 +63,12 @@ static void print_component(const bsdfrbf_model *model, bsdfrbf_component compon
 	for (int f = 0; f < info.frames; f++)
 		printf("%s %s %.1f %%", f ? "," : "", info.frame_name[f], 100 * info.frame_share[f]);
 	putchar('\n');
+	for (int f = 0; f < info.frames; f++) {
+		const float *x = info.frame_beam[f][0], *y = info.frame_beam[f][1];
+		if (info.frame_learned[f])
+			printf("    beam of %s: x %+.3f ix %+.3f iy %+.3f iz %+.3f, y %+.3f ix %+.3f iy %+.3f iz %+.3f\n", info.frame_name[f],
+				x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3]);
+	}
 	if (info.residual)
 		printf("    residual transport: %.3f degrees on average, %d directed edges\n", info.residual_deg, info.edges);
 	else

@@ -59,7 +59,7 @@ int rbf_advect(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], con
 
 	for (uint32_t f = 0; f < frames; f++) {
 		rbf_warp warp;
-		rbf_warp_set(&warp, frame[f], to->direction, origin);
+		rbf_warp_set(&warp, m->candidate[frame[f]].map, &m->candidate[frame[f]].linear, to->direction, origin);
 		for (size_t j = 0; j < k; j++)
 			valid[f * k + j] = rbf_warp_forward(&warp, b.centre[j], mapped[f * k + j]) > 0;
 	}

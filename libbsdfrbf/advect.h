@@ -5,7 +5,7 @@
 #include "label.h"
 
 /* Motion of base `from`'s lobes towards vertex `to`, in the base's coordinates: motion[count of its lobes][3], a
- * chord that, added to the centre whole, carries the lobe to its partners' mean. label as from rbf_label().
+ * chord that, added to the centre whole, carries the lobe to its partners' mean. frame and label as from rbf_label().
  * cap: largest motion as a share of the angle between the two incidences (and at least 6 degrees). *mean: energy-weighted
  * mean length, radians. Returns 0, or -1 when out of memory. Thread-safe. */
 int rbf_advect(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], const float *label, uint32_t from,

@@ -15,7 +15,7 @@
 #define RBF_NUMBERS(X) \
 	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
 	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
-	X(dhr_steps)
+	X(dhr_steps) X(learned)
 #define RBF_NUMBERS_MAX 48
 
 /* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With
@@ -36,7 +36,8 @@
 	X(27, "amplitudes",     amplitude,         1ull * c->channels * c->blocks,   RBF_ARRAY_FLOAT) \
 	X(28, "cumulative",     cumulative,        2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
 	X(29, "reach",          reach,             2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
-	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT)
+	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT) \
+	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT)
 
 enum rbf_array_holds {
 	RBF_ARRAY_FLOAT = 1,    /* nothing but floats: all must be finite */

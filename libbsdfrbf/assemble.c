@@ -54,9 +54,10 @@ int rbf_assemble_bounds(rbf_component *c)
 	for (uint32_t b = 0; b < mesh->bases; b++)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			rbf_set *s = (rbf_set *)&c->set[b * c->frames + f];
-			rbf_reach *r = &reach[b];
+			rbf_reach bounds = reach[b], *r = &bounds;
 			r->map = c->frame[f];
 			r->beyond = fmaxf(r->beyond, r->margin);
+			r->margin = rbf_map_margin(r->map, c->linear ? &c->linear[f] : NULL, r->base, r->margin);
 			s->mass[0] = s->mass[1] = 0;
 			for (size_t slot = (size_t)s->first * RBF_LANES; slot < (size_t)(s->first + s->blocks) * RBF_LANES; slot++) {
 				const rbf_block *k = &c->block[slot / RBF_LANES];
@@ -100,17 +101,28 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 	rbf_block *block = calloc(room, sizeof *block);
 	rbf_amplitude *amplitude = calloc(room * m->channels, sizeof *amplitude);
 	float *cumulative = calloc(room * RBF_LANES * 2, sizeof *cumulative), *reach = calloc(room * RBF_LANES * 2, sizeof *reach);
+	rbf_linear *linear = calloc(frames, sizeof *linear);
 	c->set = set;
 	c->block = block;
 	c->amplitude = amplitude;
 	c->cumulative = cumulative;
 	c->reach = reach;
-	if (!block || !amplitude || !cumulative || !reach) {
+	c->learned = 0;
+	c->linear = NULL;
+	if (!block || !amplitude || !cumulative || !reach || !linear) {
+		free(linear);
 		rbf_assemble_release(c);
 		return -1;
 	}
-	for (uint32_t f = 0; f < frames; f++)
-		c->frame[f] = frame[f];
+	for (uint32_t f = 0; f < frames; f++) {
+		c->frame[f] = m->candidate[frame[f]].map;
+		linear[f] = m->candidate[frame[f]].linear;
+		c->learned |= (uint32_t)rbf_map_learned(c->frame[f]);
+	}
+	if (c->learned)
+		c->linear = linear;
+	else
+		free(linear);
 	for (uint32_t b = 0; b < m->bases; b++) {
 		const rbf_lobes *l = &m->lobes[b];
 		for (uint32_t f = 0; f < frames; f++) {
@@ -147,6 +159,8 @@ void rbf_assemble_release(rbf_component *c)
 	free((void *)c->amplitude);
 	free((void *)c->cumulative);
 	free((void *)c->reach);
+	free((void *)c->linear);
+	c->linear = NULL;
 	c->set = NULL;
 	c->block = NULL;
 	c->amplitude = NULL;

@@ -401,7 +401,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	check_symmetry(context, name, j, c);
 	if (rbf_label_prepare(&j->fitted))
 		return out_of_memory(context);
-	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], from + .4 * span, from + .8 * span, &j->choice));
+	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .4 * span, from + .8 * span, &j->choice));
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, c))
 		return out_of_memory(context);
 	if (j->choice.cap > 0) {

@@ -51,6 +51,11 @@ const char *rbf_check_numbers(const rbf_component *c)
 	for (uint32_t f = 0; f < RBF_MAX_FRAMES; f++)
 		if (c->frame[f] >= RBF_MAPS)
 			return "unknown frame";
+	uint32_t learned = 0;
+	for (uint32_t f = 0; f < c->frames; f++)
+		learned |= (uint32_t)rbf_map_learned(c->frame[f]);
+	if (c->learned != learned)
+		return "learned frames";
 	if (c->sets != (uint64_t)c->mesh.bases * c->frames)
 		return "number of sets";
 	if (c->blocks > BLOCKS_MAX || c->shifts > BLOCKS_MAX)
@@ -119,6 +124,19 @@ static const char *check_sets(const rbf_component *c)
 	return NULL;
 }
 
+#define LINEAR_MAX 16.f /* far more than any beam moves; such vectors stay finite */
+
+static const char *check_learned(const rbf_component *c)
+{
+	for (uint32_t f = 0; c->learned && f < c->frames; f++)
+		for (int n = 0; n < 8; n++) {
+			const float v = c->linear[f].row[n / 4][n % 4];
+			if (!all_finite(&v, 1) || fabsf(v) > LINEAR_MAX)
+				return "learned frame";
+		}
+	return NULL;
+}
+
 /* A shift runs beside all the blocks of the base it moves. */
 static const char *check_shifts(const rbf_component *c)
 {
@@ -145,6 +163,8 @@ const char *rbf_check_arrays(const rbf_component *c)
 		wrong = check_sets(c);
 	if (!wrong)
 		wrong = check_shifts(c);
+	if (!wrong)
+		wrong = check_learned(c);
 	for (uint32_t i = 0; i < c->mesh.bases && !wrong; i++) {
 		const rbf_base_info *info = c->base_info + i;
 		if (!all_finite(info->direction, 3) || !all_finite(&info->dhr, 3))

@@ -2,6 +2,7 @@
 #include "choose.h"
 #include "advect.h"
 #include "assemble.h"
+#include "learn.h"
 #include "sample.h"
 
 #include <stdlib.h>
@@ -10,6 +11,8 @@
 enum { TRIALS_MAX = 64, POINTS = 320, FRAMES_MAX = 3 };
 enum { SCREEN = 4 }; /* every fourth trial is made first */
 static const float SCREEN_LOSS = 1.06f;
+static const float ENOUGH = 1.25f; /* times the error of the fits: no better frame is looked for */
+static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 
 /* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
@@ -24,7 +27,7 @@ typedef struct trial {
 } trial;
 
 typedef struct bench {
-	const rbf_fitted *fitted;
+	rbf_fitted *fitted;
 	uint32_t trials;
 	trial *trial;
 } bench;
@@ -87,7 +90,7 @@ static int trial_points(const rbf_lobes *l, float lambertian, trial *t)
 	return 0;
 }
 
-static bsdfrbf_status bench_make(bsdfrbf_context *context, const rbf_fitted *m, float lambertian, bench *b)
+static bsdfrbf_status bench_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, bench *b)
 {
 	b->fitted = m;
 	b->trials = 0;
@@ -197,6 +200,20 @@ static float mean_error(const bench *b, const rbf_choice *choice, uint32_t step)
 	return count ? (float)(sum / count) : -1;
 }
 
+/* Leaves out frames that got no lobe. */
+static void drop_empty(rbf_choice *c, size_t lobes)
+{
+	uint32_t kept = 0;
+	for (uint32_t f = 0; f < c->frames; f++) {
+		if (!(c->share[f] > 0))
+			continue;
+		memmove(c->label + kept * lobes, c->label + f * lobes, lobes * sizeof *c->label);
+		c->frame[kept] = c->frame[f];
+		c->share[kept++] = c->share[f];
+	}
+	c->frames = kept;
+}
+
 /* Labels a candidate, and measures its error. If `best` is given, a few trials are made first, and the others only if the
  * candidate is not clearly worse there: otherwise its error is INFINITY. */
 static int measure(const bench *b, rbf_choice *choice, const rbf_choice *best)
@@ -205,8 +222,11 @@ static int measure(const bench *b, rbf_choice *choice, const rbf_choice *best)
 	rbf_component c = {0};
 	choice->label = malloc(((size_t)choice->frames * m->lobe_first[m->bases] + 1) * sizeof *choice->label);
 	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
-	if (!choice->label || !choice->base_error || rbf_label(m, choice->frames, choice->frame, choice->label, choice->share)
-	    || rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
+	if (!choice->label || !choice->base_error)
+		return -1;
+	rbf_label(m, choice->frames, choice->frame, choice->label, choice->share);
+	drop_empty(choice, m->lobe_first[m->bases]);
+	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
 		return -1;
 	for (uint32_t i = 0; i < m->bases; i++)
 		choice->base_error[i] = -1;
@@ -254,11 +274,11 @@ static unsigned best_prediction(const rbf_fitted *m)
 {
 	unsigned best = RBF_MAP_MIRROR;
 	double top = -INFINITY;
-	for (unsigned map = 0; map < RBF_MAPS; map++) {
+	for (unsigned map = 0; map < RBF_MAPS_LISTED; map++) {
 		double sum = 0;
 		for (uint32_t b = 0; b < m->bases; b++)
 			for (uint32_t i = 0; i < m->lobes[b].count; i++)
-				sum += m->lobes[b].mass[i] * (double)m->prediction[map][m->lobe_first[b] + i];
+				sum += m->lobes[b].mass[i] * (double)m->candidate[map].prediction[m->lobe_first[b] + i];
 		if (sum > top + 1e-9 * fabs(top)) {
 			top = sum;
 			best = map;
@@ -267,9 +287,71 @@ static unsigned best_prediction(const rbf_fitted *m)
 	return m->bases < 2 ? RBF_MAP_MIRROR : best;
 }
 
-static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double from, double to, rbf_choice *choice)
+/* Learns a frame besides `others`. If the energy that is then predicted exceeds `known`, the frames are measured with it, and join in
+ * `best` if they are clearly better. *found: the frame's beam, for a further start. */
+static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best, unsigned map, const rbf_choice *others,
+	double known, const rbf_linear *start, rbf_linear *found)
 {
-	const double step = (to - from) / (RBF_MAPS + 3);
+	rbf_fitted *m = b->fitted;
+	const double with = rbf_learn(lesson, map, start, found);
+	if (with < known + LEARN_GAIN || m->candidates == RBF_CANDIDATES)
+		return 0;
+	if (rbf_label_add(m, map, found))
+		return -1;
+	rbf_choice next = {.frames = others->frames + 1}, round = {0};
+	memcpy(next.frame, others->frame, sizeof next.frame);
+	next.frame[others->frames] = m->candidates - 1;
+	if (contest(b, &round, next, NULL))
+		return -1;
+	if (round.error < GAIN * best->error) {
+		rbf_choice_free(best);
+		*best = round;
+	} else
+		rbf_choice_free(&round);
+	return 0;
+}
+
+/* Frames learned from the data: one in the place of all, one more, then each anew. */
+static int learn(const bench *b, rbf_choice *best)
+{
+	static const unsigned map[2] = {RBF_MAP_LEARNED_SHIFT, RBF_MAP_LEARNED_TURN};
+	rbf_lesson *lesson = rbf_learn_begin(b->fitted);
+	int failed = !lesson;
+	for (int more = 0; more < 2 && !failed && best->frames < RBF_MAX_FRAMES; more++) {
+		rbf_choice others = {.frames = 0};
+		rbf_linear found[2];
+		const double known = rbf_learn_after(lesson, best->frames, best->frame);
+		if (more) {
+			others.frames = best->frames;
+			memcpy(others.frame, best->frame, sizeof others.frame);
+		} else
+			rbf_learn_after(lesson, 0, NULL);
+		for (int n = 0; n < 2 && !failed; n++)
+			failed = contest_learned(b, lesson, best, map[n], &others, known, n ? &found[0] : NULL, &found[n]);
+	}
+	for (uint32_t f = 0; f < best->frames && !failed; f++) {
+		const rbf_candidate *c = &b->fitted->candidate[best->frame[f]];
+		const rbf_map_row *row = rbf_map_get(c->map);
+		if (row->kind != RBF_KIND_TURN && row->kind != RBF_KIND_SHIFT)
+			continue;
+		rbf_linear found, start = c->linear;
+		if (!rbf_map_learned(c->map))
+			start = (rbf_linear){{{row->along[0]}, {0, row->along[1]}}};
+		rbf_choice others = {.frames = 0};
+		for (uint32_t g = 0; g < best->frames; g++)
+			if (g != f)
+				others.frame[others.frames++] = best->frame[g];
+		const double known = rbf_learn_after(lesson, best->frames, best->frame);
+		rbf_learn_after(lesson, others.frames, others.frame);
+		failed = contest_learned(b, lesson, best, map[row->kind == RBF_KIND_TURN], &others, known, &start, &found);
+	}
+	rbf_learn_end(lesson);
+	return failed;
+}
+
+static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit_error, double from, double to, rbf_choice *choice)
+{
+	const double step = (to - from) / (RBF_MAPS_LISTED + 3);
 	rbf_choice best = {0};
 	int failed = 0;
 	if (!b->trials) {
@@ -280,8 +362,8 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 		return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 	}
 	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
-	for (unsigned map = 0; map < RBF_MAPS && !failed; map++) {
-		if (plane && !rbf_map_counts_in_plane(map))
+	for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
+		if (plane && !rbf_map_get(map)->plane)
 			continue;
 		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}}, best.frames ? &best : NULL);
 		*choice = best;
@@ -290,9 +372,9 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 	}
 	while (!failed && best.frames < FRAMES_MAX) {
 		rbf_choice round = {0};
-		for (unsigned map = 0; map < RBF_MAPS && !failed; map++) {
+		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
 			rbf_choice next = {.frames = best.frames + 1};
-			int there = plane && !rbf_map_counts_in_plane(map);
+			int there = plane && !rbf_map_get(map)->plane;
 			for (uint32_t f = 0; f < best.frames; f++) {
 				next.frame[f] = best.frame[f];
 				there |= best.frame[f] == map;
@@ -308,11 +390,17 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 		} else
 			rbf_choice_free(&round);
 		*choice = best;
-		if (rbf_progress(context, "frames", from + step * (RBF_MAPS + best.frames - 1)))
+		if (rbf_progress(context, "frames", from + step * (RBF_MAPS_LISTED + best.frames - 1)))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 		if (!better)
 			break;
 	}
+	if (!failed && best.error > ENOUGH * fit_error) {
+		failed = learn(b, &best);
+		*choice = best;
+	}
+	if (rbf_progress(context, "learned frames", from + step * (RBF_MAPS_LISTED + 2)))
+		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	const float caps[3] = {.6f, 1.f, 2.f};
 	const rbf_choice frames = best; /* its label and error arrays are not used below */
 	for (int n = 0; n < 3 && !failed; n++) {
@@ -323,21 +411,21 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, double fr
 		}
 		failed = contest(b, &best, next, &best);
 		*choice = best;
-		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS + n)))
+		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS_LISTED + n)))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
 	*choice = best;
 	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_choose(bsdfrbf_context *context, const rbf_fitted *fitted, float lambertian, double progress_from,
+bsdfrbf_status rbf_choose(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, float fit_error, double progress_from,
 	double progress_to, rbf_choice *choice)
 {
 	bench b = {0};
 	memset(choice, 0, sizeof *choice);
 	bsdfrbf_status status = bench_make(context, fitted, lambertian, &b);
 	if (status == BSDFRBF_OK)
-		status = choose(context, &b, progress_from, progress_to, choice);
+		status = choose(context, &b, fit_error, progress_from, progress_to, choice);
 	bench_free(&b);
 	if (status != BSDFRBF_OK)
 		rbf_choice_free(choice);

@@ -42,6 +42,9 @@ bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_co
 	for (uint32_t f = 0; f < c->frames; f++) {
 		info->frame_name[f] = rbf_map_name(c->frame[f]);
 		info->frame_share[f] = c->facts.frame_share[f];
+		info->frame_learned[f] = rbf_map_learned(c->frame[f]);
+		if (info->frame_learned[f])
+			memcpy(info->frame_beam[f], c->linear[f].row, sizeof info->frame_beam[f]);
 	}
 	info->residual = (int)c->residual;
 	info->residual_deg = c->facts.residual_deg;

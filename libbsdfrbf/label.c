@@ -8,8 +8,7 @@ static const float SHARPNESS = 4;      /* exponent of the prediction */
 static const float SHARE_MIN = .03f;   /* frames that carry less are dropped */
 enum { ROUNDS = 6 };
 
-/* Directions that sank below are judged just above the horizon, and count less. */
-static float judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain)
+float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain)
 {
 	float p[3] = {mapped[0], mapped[1], mapped[2]}, q[3], v[3];
 	if (!(gain > 0))
@@ -92,10 +91,23 @@ int rbf_label_prepare(rbf_fitted *m)
 		return -1;
 	for (uint32_t b = 0; b < m->bases; b++)
 		m->lobe_first[b + 1] = m->lobe_first[b] + m->lobes[b].count;
-	const size_t lobes = m->lobe_first[m->bases];
-	for (unsigned map = 0; map < RBF_MAPS; map++)
-		if (!(m->prediction[map] = calloc(lobes + 1, sizeof(float))))
+	for (unsigned map = 0; map < RBF_MAPS_LISTED; map++)
+		if (rbf_label_add(m, map, NULL))
 			return -1;
+	return 0;
+}
+
+int rbf_label_add(rbf_fitted *m, unsigned map, const rbf_linear *linear)
+{
+	rbf_candidate *added = &m->candidate[m->candidates];
+	memset(added, 0, sizeof *added);
+	added->map = map;
+	if (linear)
+		added->linear = *linear;
+	added->prediction = calloc((size_t)m->lobe_first[m->bases] + 1, sizeof(float));
+	if (!added->prediction)
+		return -1;
+	m->candidates++;
 	const uint32_t y = rbf_luminance(m->channels);
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
@@ -103,23 +115,20 @@ int rbf_label_prepare(rbf_fitted *m)
 		const uint32_t from = m->neighbour_first[b], to = m->neighbour_first[b + 1];
 		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
 		for (uint32_t i = 0; i < l->count; i++) {
-			float c[3], own[3];
+			float c[3], own[3], sum = 0;
 			rbf_lobe_centre(l, i, c);
 			rbf_lobes_sum(l, c, own);
 			const float self = own[y] + 1e-9f;
-			for (unsigned map = 0; map < RBF_MAPS; map++) {
-				float sum = 0;
-				for (uint32_t n = from; n < to; n++) {
-					const rbf_vertex *v = &m->mesh.vertex[m->neighbour[n]];
-					rbf_warp warp;
-					float mapped[3];
-					rbf_warp_set(&warp, map, k, v->direction);
-					const float gain = rbf_warp_forward(&warp, c, mapped);
-					const float value = judge(&m->lobes[v->base], v->op, mapped, gain);
-					sum += logf(fminf(value, self) + 1e-3f * self);
-				}
-				m->prediction[map][m->lobe_first[b] + i] = to > from ? sum / (float)(to - from) : logf(self);
+			for (uint32_t n = from; n < to; n++) {
+				const rbf_vertex *v = &m->mesh.vertex[m->neighbour[n]];
+				rbf_warp warp;
+				float mapped[3];
+				rbf_warp_set(&warp, map, &added->linear, k, v->direction);
+				const float gain = rbf_warp_forward(&warp, c, mapped);
+				const float value = rbf_label_judge(&m->lobes[v->base], v->op, mapped, gain);
+				sum += logf(fminf(value, self) + 1e-3f * self);
 			}
+			added->prediction[m->lobe_first[b] + i] = to > from ? sum / (float)(to - from) : logf(self);
 		}
 	}
 	return 0;
@@ -130,8 +139,8 @@ void rbf_label_release(rbf_fitted *m)
 	free(m->neighbour_first);
 	free(m->neighbour);
 	free(m->lobe_first);
-	for (unsigned map = 0; map < RBF_MAPS; map++)
-		free(m->prediction[map]);
+	for (uint32_t i = 0; i < m->candidates; i++)
+		free(m->candidate[i].prediction);
 }
 
 /* r_f ~ exp(SHARPNESS log prediction_f) prior_f, normalised over the frames. */
@@ -140,16 +149,16 @@ static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_
 	float top = -INFINITY, sum = 0;
 	for (uint32_t f = 0; f < frames; f++)
 		if (prior[f] > 0)
-			top = fmaxf(top, m->prediction[frame[f]][i]);
+			top = fmaxf(top, m->candidate[frame[f]].prediction[i]);
 	for (uint32_t f = 0; f < frames; f++) {
-		r[f] = prior[f] > 0 ? expf(SHARPNESS * (m->prediction[frame[f]][i] - top)) * prior[f] : 0;
+		r[f] = prior[f] > 0 ? expf(SHARPNESS * (m->candidate[frame[f]].prediction[i] - top)) * prior[f] : 0;
 		sum += r[f];
 	}
 	for (uint32_t f = 0; f < frames; f++)
 		r[f] /= sum;
 }
 
-int rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float *label, float share[])
+void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float *label, float share[])
 {
 	const uint32_t lobes = m->lobe_first[m->bases];
 	float prior[RBF_MAX_FRAMES], r[RBF_MAX_FRAMES];
@@ -194,5 +203,4 @@ int rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], floa
 		for (uint32_t f = 0; f < frames; f++)
 			label[(size_t)f * lobes + i] = r[f] / sum;
 	}
-	return 0;
 }

@@ -5,6 +5,14 @@
 #include "lobes.h"
 #include "map.h"
 
+/* A map, and how well it predicts. */
+typedef struct rbf_candidate {
+	unsigned map;
+	rbf_linear linear;  /* of a learned map */
+	float *prediction;  /* log prediction of each lobe, mean over the neighbours; all bases in a row */
+} rbf_candidate;
+enum { RBF_CANDIDATES = RBF_MAPS_LISTED + 12 };
+
 /* The measured incidences with their fits and neighbours in the mesh. Shared by the stages between fit and assembly. */
 typedef struct rbf_fitted {
 	rbf_symmetry symmetry;
@@ -14,15 +22,23 @@ typedef struct rbf_fitted {
 	rbf_mesh mesh;                /* of all incidences */
 	uint32_t *neighbour_first;    /* [bases + 1] */
 	uint32_t *neighbour;          /* vertices next to each base's unmirrored vertex */
-	float *prediction[RBF_MAPS];  /* log prediction of each lobe by each map, mean over the neighbours; all bases in a row */
+	uint32_t candidates;
+	rbf_candidate candidate[RBF_CANDIDATES]; /* the listed maps first, each at its own id */
 	uint32_t *lobe_first;         /* [bases + 1]: where a base's lobes start in such rows */
 } rbf_fitted;
 
-/* Fills neighbours, lobe_first and prediction. Opens OpenMP regions. Returns 0, or -1 when out of memory. */
+/* Fills neighbours, lobe_first and the candidates with the listed maps. Opens OpenMP regions. Returns 0, or -1 when out of memory. */
 int rbf_label_prepare(rbf_fitted *fitted);
 void rbf_label_release(rbf_fitted *fitted);
 
-/* Labels for a list of frames: label[f * lobes + i], i counted over all bases; 0 where below 1e-3, sums to 1 over f.
- * share[frames]: energy shares. Frames whose share falls below a few per cent get none. */
-int rbf_label(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], float *label, float share[]);
+/* Adds a learned map to the candidates, of which it becomes the last; there must be room. Opens OpenMP regions. Returns as above. */
+int rbf_label_add(rbf_fitted *fitted, unsigned map, const rbf_linear *linear);
+
+/* What remains of a direction's claim by a map: DSF of another incidence's lobes at a mapped direction, times its gain. Directions
+ * that sank below are judged just above the horizon, and count less. */
+float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain);
+
+/* Labels for a list of frames (indices of candidates): label[f * lobes + i], i counted over all bases; 0 where below 1e-3, sums to 1 over f.
+ * share[frames]: energy shares. Frames whose share falls below a few per cent get none: share 0. */
+void rbf_label(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], float *label, float share[]);
 #endif

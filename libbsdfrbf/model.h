@@ -42,6 +42,10 @@ typedef struct rbf_set {
 	double mass[2];     /* totals of the two cumulative tables below, luminance, sr */
 } rbf_set;
 
+/* What was learned from the data for a frame (map.h): tangential components e of a beam as a linear map of the incident
+ * direction, e[n] = row[n][0] x + row[n][1] y + row[n][2] z + row[n][3]; all 0 for a listed map. */
+typedef struct rbf_linear { float row[2][4]; } rbf_linear;
+
 #define RBF_CULL_GRID 28 /* cells a side over the disc (rbf_disc_from_direction) of the exitant hemisphere */
 
 /* What is known of one measured incidence. */
@@ -67,6 +71,8 @@ typedef struct rbf_component {
 	rbf_mesh mesh;
 	uint32_t frames;
 	uint32_t frame[RBF_MAX_FRAMES]; /* map ids (map.h) */
+	uint32_t learned;               /* 1: linear is present, as a frame is learned */
+	const rbf_linear *linear;       /* [frames] */
 	uint32_t residual;              /* 1: shifts are present */
 	uint32_t sets;                  /* bases * frames */
 	const rbf_set *set;

@@ -21,7 +21,7 @@ void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, floa
 	const float spread = (kappa > 0 ? SPREAD / sqrtf(kappa) : 4) + r->motion;
 	const float lobe = acosf(rbf_min(rbf_max(centre[2], -1.f), 1.f)) + spread;
 	float lowest = cosf(rbf_min(lobe + r->margin + TWIST, (float)(RBF_PI / 2))); /* z at another corner */
-	if (rbf_map_shifts(r->map)) {
+	if (rbf_map_get(r->map)->kind == RBF_KIND_SHIFT) {
 		const float s = sinf(rbf_min(lobe, (float)(RBF_PI / 2))) + 2 * sinf(.5f * r->margin);
 		lowest = s < 1 ? sqrtf(1 - s*s) : 0;
 	}
@@ -244,8 +244,8 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			const rbf_warp *warp = &site->warp[k][f];
-			const int fixed = c->frame[f] == RBF_MAP_FIXED, turns = fixed || (c->frame[f] >= RBF_MAP_MIRROR && c->frame[f] <= RBF_MAP_RETRO);
-			const float turn = fixed ? 0 : acosf(rbf_min(rbf_dot(warp->i, warp->k), 1.f));
+			const int fixed = warp->kind == RBF_KIND_FIXED, turns = fixed || warp->kind == RBF_KIND_TURN;
+			const float turn = fixed ? 0 : acosf(rbf_min(turns ? warp->cosine : rbf_dot(warp->i, warp->k), 1.f));
 			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
 				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
 				const float kappa = c->block[block].k[lane];

@@ -24,7 +24,7 @@ void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float
 typedef struct rbf_reach {
 	unsigned map;
 	float base[3];       /* measured incidence */
-	float margin;        /* largest angle to a neighbouring vertex */
+	float margin;        /* largest angle to a neighbouring vertex, as rbf_map_margin() */
 	float beyond;        /* largest angle to an incident direction that the base serves */
 	float motion;        /* largest residual motion of the lobe */
 } rbf_reach;

@@ -29,6 +29,24 @@ static inline uint32_t random_rings(const random_plan *p, double *direction)
 	return bases;
 }
 
+/* Coefficients of a learned map, such as the symmetry allows: 0 where a mirrored incidence would not get a mirrored beam. */
+static inline rbf_linear random_linear(rbf_symmetry symmetry, uint64_t *seed)
+{
+	static const struct { rbf_symmetry symmetry; float allowed[8]; } row[] = {
+		{RBF_ISOTROPIC, {1}},
+		{RBF_QUADRILATERAL, {1, 0, 0, 0, 0, 1, 0, 0}},
+		{RBF_BILATERAL_Y, {1, 0, 1, 1, 0, 1, 0, 0}},
+		{RBF_BILATERAL_X, {1, 0, 0, 0, 0, 1, 1, 1}},
+		{RBF_UP, {1, 1, 0, 0, 1, 1, 0, 0}},
+		{RBF_ANISOTROPIC, {1, 1, 1, 1, 1, 1, 1, 1}},
+	};
+	rbf_linear linear = {{{0}}};
+	for (size_t r = 0; r < sizeof row / sizeof *row; r++)
+		for (int n = 0; n < 8 && row[r].symmetry == symmetry; n++)
+			linear.row[n / 4][n % 4] = row[r].allowed[n] * (float)(2.4 * random_unit(seed) - 1.2);
+	return linear;
+}
+
 /* Component rf over given incidences; thetas, phis and phi_step of the plan are not used. The model owns all; free with
  * bsdfrbf_close(). NULL if no mesh can be made of the incidences. */
 static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t bases, const double *direction, uint64_t seed)
@@ -65,6 +83,10 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 		}
 	}
 	assert_int_equal(rbf_label_prepare(&fitted), 0);
+	for (unsigned map = RBF_MAPS_LISTED; map < RBF_MAPS; map++) { /* a candidate's index is then its map's id */
+		const rbf_linear linear = random_linear(p->symmetry, &seed);
+		assert_int_equal(rbf_label_add(&fitted, map, &linear), 0);
+	}
 	const uint32_t lobes = fitted.lobe_first[fitted.bases];
 	float *label = calloc((size_t)p->frames * lobes, sizeof *label);
 	for (uint32_t i = 0; i < lobes; i++) {
@@ -128,6 +150,7 @@ static const random_plan random_plans[] = {
 	{RBF_QUADRILATERAL, 5, 4, {0, 25, 50, 70, 86}, 30, 3, {RBF_MAP_RETRO, RBF_MAP_HALF, RBF_MAP_SHIFT}, 60, 10, 3000, .15, 3, 0, 0},
 	{RBF_ISOTROPIC, 5, 1, {0, 25, 50, 70, 80}, 0, 1, {RBF_MAP_HALF}, 60, 3, 3000, .2, 1, 0, 0},
 	{RBF_ANISOTROPIC, 3, 6, {25, 55, 80}, 60, 1, {RBF_MAP_HALF}, 48, 10, 300, 0, 1, 0, 0},
+	{RBF_UP, 5, 5, {0, 25, 50, 70, 84}, 45, 3, {RBF_MAP_LEARNED_SHIFT, RBF_MAP_LEARNED_TURN, RBF_MAP_FIXED}, 60, 10, 3000, .1, 1, 0, 0},
 };
 enum { RANDOM_PLANS = sizeof random_plans / sizeof *random_plans };
 #endif

@@ -32,9 +32,18 @@
 #define rbf_warp_validity double_warp_validity
 #define rbf_warp_bound double_warp_bound
 #define rbf_map double_map
+#define rbf_map_kind double_map_kind
+#define rbf_map_row double_map_row
+#define rbf_map_get double_map_get
+#define rbf_map_learned double_map_learned
 #define rbf_map_name double_map_name
-#define rbf_map_shifts double_map_shifts
-#define rbf_map_counts_in_plane double_map_counts_in_plane
+#define rbf_map_beam double_map_beam
+#define rbf_map_turned double_map_turned
+#define rbf_map_margin double_map_margin
+#define RBF_KIND_FIXED DOUBLE_KIND_FIXED
+#define RBF_KIND_TURN DOUBLE_KIND_TURN
+#define RBF_KIND_HALF DOUBLE_KIND_HALF
+#define RBF_KIND_SHIFT DOUBLE_KIND_SHIFT
 #define RBF_MAP_FIXED DOUBLE_FIXED
 #define RBF_MAP_MIRROR DOUBLE_MIRROR
 #define RBF_MAP_XFLIP DOUBLE_XFLIP
@@ -47,6 +56,9 @@
 #define RBF_MAP_SHIFT_XFLIP DOUBLE_SHIFT_XFLIP
 #define RBF_MAP_SHIFT_YFLIP DOUBLE_SHIFT_YFLIP
 #define RBF_MAP_SHIFT_RETRO DOUBLE_SHIFT_RETRO
+#define RBF_MAP_LEARNED_SHIFT DOUBLE_LEARNED_SHIFT
+#define RBF_MAP_LEARNED_TURN DOUBLE_LEARNED_TURN
+#define RBF_MAPS_LISTED DOUBLE_MAPS_LISTED
 #define RBF_MAPS DOUBLE_MAPS
 #undef RBF_MAP_H
 #undef RBF_VECTOR_H
@@ -96,7 +108,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 				i[n] = (double)site->incident[n];
 				to[n] = (double)site->warp[k][f].k[n];
 			}
-			double_warp_set(&warp, c->frame[f], i, to);
+			double_warp_set(&warp, c->frame[f], c->linear ? &c->linear[f] : NULL, i, to);
 			factor[k] = double_warp_forward(&warp, o, mapped[k]);
 			share[k] = double_warp_validity(&warp, mapped[k][2]);
 			total += (double)site->weight[k] * share[k];

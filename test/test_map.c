@@ -30,6 +30,9 @@ static void random_near(uint64_t *seed, const float axis[3], double angle, float
 	rbf_normalize(d);
 }
 
+/* A beam that is turned, pressed together and deflected. */
+static const rbf_linear learned = {{{-.8f, .3f, .1f, .05f}, {.2f, .6f, -.15f, 0}}};
+
 static float distance(const float a[3], const float b[3])
 {
 	const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
@@ -46,7 +49,7 @@ static void nothing_moves_at_its_own_incidence(void **state)
 			float i[3], o[3], p[3];
 			random_direction(&seed, .02f, i);
 			random_direction(&seed, .02f, o);
-			rbf_warp_set(&warp, map, i, i);
+			rbf_warp_set(&warp, map, &learned, i, i);
 			assert_float_equal(rbf_warp_forward(&warp, o, p), 1, 1e-3);
 			assert_true(distance(o, p) < 3e-5f);
 			assert_float_equal(rbf_warp_inverse(&warp, o, p), 1, 1e-3);
@@ -66,7 +69,7 @@ static void there_and_back(void **state)
 			random_direction(&seed, .02f, i);
 			random_near(&seed, i, .4, k);
 			random_direction(&seed, .02f, o);
-			rbf_warp_set(&warp, map, i, k);
+			rbf_warp_set(&warp, map, &learned, i, k);
 			if (!(rbf_warp_forward(&warp, o, p) > 0) || p[2] < .05f)
 				continue;
 			assert_float_equal(rbf_dot(p, p), 1, 1e-4);
@@ -115,7 +118,7 @@ static void factor_is_value_times_solid_angle(void **state)
 			random_direction(&seed, .05f, i);
 			random_near(&seed, i, .4, k);
 			random_direction(&seed, .1f, p);
-			rbf_warp_set(&warp, map, i, k);
+			rbf_warp_set(&warp, map, &learned, i, k);
 			const float factor = rbf_warp_inverse(&warp, p, o);
 			if (!(factor > 0) || o[2] < .15f)
 				continue;
@@ -144,10 +147,10 @@ static void bound_holds(void **state)
 			random_near(&seed, i, .3, k);
 			random_direction(&seed, 0, c);
 			const double sigma = .003 * pow(100, random_unit(&seed));
-			const rbf_reach reach = {.map = map, .base = {k[0], k[1], k[2]}, .margin = .3f, .beyond = .31f};
+			const rbf_reach reach = {.map = map, .base = {k[0], k[1], k[2]}, .margin = rbf_map_margin(map, &learned, k, .3f), .beyond = .31f};
 			rbf_lobe_reach(&reach, c, (float)(1 / (sigma * sigma)), &gain, &slant);
 			assert_true(gain >= 1 && slant >= 0);
-			rbf_warp_set(&warp, map, i, k);
+			rbf_warp_set(&warp, map, &learned, i, k);
 			const float bound = rbf_warp_bound(&warp, slant) * 1.001f;
 			for (int s = 0; s < 20; s++) {
 				const double axis[3] = {(double)c[0], (double)c[1], (double)c[2]};

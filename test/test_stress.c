@@ -121,7 +121,7 @@ static int make(int number, subject *s)
 	p->symmetry = symmetry[whole(6)];
 	while (p->frames < 1 + whole(RBF_MAX_FRAMES)) {
 		const uint32_t map = whole(RBF_MAPS);
-		int known = p->symmetry == RBF_ISOTROPIC && !rbf_map_counts_in_plane(map);
+		int known = p->symmetry == RBF_ISOTROPIC && !rbf_map_get(map)->plane;
 		for (uint32_t f = 0; f < p->frames; f++)
 			known |= p->frame[f] == map;
 		if (!known)
