@@ -10,7 +10,7 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 	const rbf_component *c = site->component;
 	site->corners = 0;
 	for (uint32_t n = 0; n < count; n++) {
-		if (!(weight[n] > 1e-6f))
+		if (!(weight[n] > 0))
 			continue;
 		const uint32_t k = site->corners++;
 		site->base[k] = rbf_bound_base(c, &vertex[n]);
@@ -86,7 +86,7 @@ static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], con
 	const uint32_t *v = component->mesh.element[e].v;
 	uint32_t k = 0;
 	for (int n = 0; n < 3; n++) {
-		if (!(weight[n] > 1e-6f))
+		if (!(weight[n] > 0))
 			continue;
 		int own = 0;
 		while (own < 2 && v[own] != corner[n])
@@ -98,7 +98,7 @@ static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], con
 			for (int l = 0; l < 3; l++)
 				if (l != n && corner[l] == v[other] && corner[l] != corner[n])
 					w += weight[l];
-			if (at != RBF_NO_SHIFT && w > 1e-6f) {
+			if (at != RBF_NO_SHIFT && w > 0) {
 				site->shift[k][m] = rbf_bound_shift(component, at, site->base[k]);
 				site->shift_weight[k][m] = w;
 			}

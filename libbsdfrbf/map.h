@@ -167,6 +167,14 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
 	}
 }
 
+/* Of the shift maps: f is carried unchanged, so DSF as the cosines. Lobes do not end at the horizon, where DSF must: lower than
+ * RBF_SHIFT_MIN_Z the factor falls to 0 there (as z squared, which is even in the directions), and nothing jumps. */
+static inline float rbf_shift_factor(float z, float mapped_z)
+{
+	const float low = fmaxf(mapped_z, RBF_SHIFT_MIN_Z), t = mapped_z / low;
+	return fminf(z / low, 20.f) * (t * t);
+}
+
 /* Takes exitant o at i to out at k. Returns the factor g in DSF_i(o) = g DSF_k(out), 0 if nothing corresponds. */
 static inline float rbf_warp_forward(const rbf_warp *w, const float o[3], float out[3])
 {
@@ -199,7 +207,7 @@ static inline float rbf_warp_forward(const rbf_warp *w, const float o[3], float 
 			return 0;
 		}
 		out[2] = sqrtf(z2);
-		return fminf(o[2] / fmaxf(out[2], RBF_SHIFT_MIN_Z), 20.f);
+		return rbf_shift_factor(o[2], out[2]);
 	}
 	default:
 		out[0] = o[0];
@@ -245,7 +253,7 @@ static inline float rbf_warp_inverse(const rbf_warp *w, const float p[3], float 
 		out[0] = x;
 		out[1] = y;
 		out[2] = sqrtf(z2);
-		const float g = fminf(out[2] / fmaxf(p[2], RBF_SHIFT_MIN_Z), 20.f);
+		const float g = rbf_shift_factor(out[2], p[2]);
 		return g * p[2] / fmaxf(out[2], 1e-12f);
 	}
 	default:

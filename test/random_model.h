@@ -47,6 +47,40 @@ static inline rbf_linear random_linear(rbf_symmetry symmetry, uint64_t *seed)
 	return linear;
 }
 
+/* Mirror operations that leave measured incidence b where it is. Returns how many, itself included. */
+static inline uint32_t random_images(const rbf_mesh *mesh, uint32_t b, unsigned op[4])
+{
+	int all[4];
+	const int ops = mesh->symmetry == RBF_ISOTROPIC ? 0 : rbf_symmetry_ops(mesh->symmetry, all);
+	uint32_t count = 1, v = 0;
+	op[0] = 0;
+	while (v + 1 < mesh->vertices && mesh->vertex[v].base != b)
+		v++;
+	const float *d = mesh->vertex[v].direction;
+	for (int k = 1; k < ops; k++)
+		if ((!(all[k] & RBF_OP_X) || d[0] == 0) && (!(all[k] & RBF_OP_Y) || d[1] == 0))
+			op[count++] = (unsigned)all[k];
+	return count;
+}
+
+/* On a mirror axis a material is its own image: every lobe of base b becomes one of the images of the first of its group. */
+static inline void random_own_image(rbf_lobes *l, const unsigned op[4], uint32_t images)
+{
+	for (uint32_t i = 0; images > 1 && i < l->count; i++) {
+		const uint32_t first = i - i % images;
+		float centre[3], image[3];
+		rbf_lobe_centre(l, first, centre);
+		rbf_mirror(op[i % images], centre, image);
+		rbf_lobe_set(l, i, image, rbf_lobe_kappa(l, first));
+		const int whole = first + images <= l->count;
+		for (uint32_t n = 0; n < l->channels; n++) {
+			rbf_amplitude *a = l->amplitude + n * l->blocks;
+			a[i / RBF_LANES].a[i % RBF_LANES] = whole ? a[first / RBF_LANES].a[first % RBF_LANES] : 0;
+		}
+		l->mass[i] = whole ? l->mass[first] : 0;
+	}
+}
+
 /* Component rf over given incidences; thetas, phis and phi_step of the plan are not used. The model owns all; free with
  * bsdfrbf_close(). NULL if no mesh can be made of the incidences. */
 static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t bases, const double *direction, uint64_t seed)
@@ -61,6 +95,7 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 		return NULL;
 	}
 	fitted.lobes = calloc(fitted.bases, sizeof *fitted.lobes);
+	uint32_t *images = calloc(fitted.bases, sizeof *images);
 	for (uint32_t b = 0; b < fitted.bases; b++) {
 		rbf_lobes *l = &fitted.lobes[b];
 		assert_int_equal(rbf_lobes_new(l, p->lobes, p->channels), 0);
@@ -81,6 +116,9 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 			}
 			l->mass[i] = (double)rbf_lobe_amplitude(l, rbf_luminance(p->channels), i) * rbf_lobe_integral((double)rbf_lobe_kappa(l, i));
 		}
+		unsigned op[4];
+		images[b] = random_images(&fitted.mesh, b, op);
+		random_own_image(l, op, images[b]);
 	}
 	assert_int_equal(rbf_label_prepare(&fitted), 0);
 	for (unsigned map = RBF_MAPS_LISTED; map < RBF_MAPS; map++) { /* a candidate's index is then its map's id */
@@ -95,6 +133,13 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 		label[a * lobes + i] += part;
 		label[b * lobes + i] += 1 - part;
 	}
+	for (uint32_t b = 0; b < fitted.bases; b++)
+		for (uint32_t i = 0; i < fitted.lobes[b].count; i++)
+			for (uint32_t f = 0; f < p->frames; f++) {
+				float *own = label + f * lobes + fitted.lobe_first[b];
+				own[i] = own[i - i % images[b]];
+			}
+	free(images);
 	assert_int_equal(rbf_assemble_sets(&fitted, p->frames, p->frame, label, c), 0);
 	if (p->motion > 0) {
 		/* one motion for each pair of vertices, whichever elements share it */

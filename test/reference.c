@@ -31,6 +31,7 @@
 #define rbf_warp_inverse double_warp_inverse
 #define rbf_warp_validity double_warp_validity
 #define rbf_warp_bound double_warp_bound
+#define rbf_shift_factor double_shift_factor
 #define rbf_map double_map
 #define rbf_map_kind double_map_kind
 #define rbf_map_row double_map_row
