@@ -150,8 +150,6 @@ static void visit(rbf_exitant *e, int level, uint32_t x, uint32_t y, int need)
 				}
 				cut |= high - low > e->spread[c];
 			}
-		if (!cut && e->split && level < e->deepest)
-			cut = e->split(e->user, &leaf);
 		if (!cut) {
 			e->leaf(e->user, &leaf);
 			return;

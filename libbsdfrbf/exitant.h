@@ -24,8 +24,6 @@ typedef struct rbf_exitant {
 	float spread[3]; /* largest difference of the values of an uncut cell above the finest level; set for each site */
 	double energy;  /* DHR, luminance, of which a lobe must hold a share to be integrated beyond the finest level */
 	int points;     /* 1: the middle alone stands for a cell that is narrow beside the lobes in it; 4: always four points */
-	/* asked, where not NULL, whether a cell that is to become a leaf should be cut all the same */
-	int (*split)(void *user, const rbf_exitant_leaf *leaf);
 	void (*leaf)(void *user, const rbf_exitant_leaf *leaf);
 	void *user;
 	const rbf_site *site;

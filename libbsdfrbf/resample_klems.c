@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * Klems matrices: the mean of f over an incident and an outgoing patch. For each of several incident directions of a patch the
- * exitant hemisphere is integrated adaptively (exitant.h) into the patches; cells with much energy are cut until they lie in one
- * patch. The sum over outgoing patches is then brought to the mean DHR of the incident patch. Where the azimuth of incidence only
- * turns the exitant hemisphere (isotropic), one integral serves all patches of a ring, turned.
+ * exitant hemisphere is integrated adaptively (exitant.h) into the patches (division.h). The sum over outgoing patches is then
+ * brought to the mean DHR of the incident patch. Where the azimuth of incidence only turns the exitant hemisphere (isotropic), one
+ * integral, kept by ring and azimuth, serves all patches of an incident ring, turned.
  * Patches of Radiance's common/bsdf_m.c: incident vectors are looked up with x and y negated, outgoing ones as they are.
  */
+#include "division.h"
 #include "klems.h"
 #include "resample.h"
 #include "xml_write.h"
@@ -17,9 +18,7 @@
 #include <string.h>
 
 enum { FIRST = 4, FINEST = 5, DEEPEST = 8, MOST_STEPS = 6, MOST_STEPS_RING = 16 };
-enum { MOST_QUARTER = 6 };             /* patches in a quarter of a ring */
-enum { TURNS = 8, TURNS_AXIS = 47 };   /* azimuths within a patch; around the axis, a number that no ring's count divides */
-static const double EDGE_SHARE = 1e-4; /* of the DHR: a cell with more is cut where patches meet */
+enum { AZIMUTHS = 480 };           /* a multiple of twice the count of every ring: patches begin and end between two of them */
 
 /* Means of f by channel, outgoing and incident patch. */
 typedef struct matrix {
@@ -29,107 +28,60 @@ typedef struct matrix {
 typedef struct worker {
 	const rbf_klems *basis;
 	const rbf_component *component;
+	const rbf_division *division;      /* into patches, or rings and azimuths */
 	rbf_exitant exitant;
-	double hit[MOST_QUARTER][RBF_KLEMS_PATCHES]; /* projected solid angle of what fell into each patch, for each column */
-	double sum[MOST_QUARTER][3][RBF_KLEMS_PATCHES];
 	double share;                      /* weight of the incidence that is being integrated */
-	double limit;                      /* f times projected solid angle, luminance */
-	int columns, turns;                /* a ring's columns, and azimuths for each */
-	double step;                       /* from one azimuth to the next, in turns */
+	double *sum;                       /* integrals of f by channel and part of the division */
 } worker;
 
-static int much_energy(const worker *w, const rbf_exitant_leaf *leaf)
+static int patch_of(const void *user, const float d[3])
 {
-	const uint32_t y = rbf_luminance(w->component->channels);
-	double energy = 0;
-	for (int n = 0; n < 4; n++)
-		energy += (double)leaf->value[n][y];
-	return energy * .25 * RBF_PI / (double)(1 << 2 * leaf->level) >= w->limit;
+	return rbf_klems_find(user, d);
 }
 
-static int at_edge(void *user, const rbf_exitant_leaf *leaf)
+static int azimuth_of(const void *user, const float d[3])
+{
+	double turn;
+	const int ring = rbf_klems_place(user, d, &turn);
+	return ring * AZIMUTHS + (int)((turn - floor(turn)) * AZIMUTHS) % AZIMUTHS;
+}
+
+static void to_parts(void *user, const rbf_exitant_leaf *leaf)
 {
 	const worker *w = user;
-	if (!much_energy(w, leaf))
-		return 0;
-	const int patch = rbf_klems_find(w->basis, leaf->direction[0]);
-	for (int n = 1; n < 4; n++)
-		if (rbf_klems_find(w->basis, leaf->direction[n]) != patch)
-			return 1;
-	return 0;
-}
-
-/* Turned about the axis, an edge of patches comes by everywhere. */
-static int at_turned_edge(void *user, const rbf_exitant_leaf *leaf)
-{
-	return much_energy(user, leaf);
-}
-
-static void add(worker *w, int column, int patch, double area, const float value[3])
-{
-	w->hit[column][patch] += area;
-	for (uint32_t c = 0; c < w->component->channels; c++)
-		w->sum[column][c][patch] += area * (double)value[c];
-}
-
-static void to_patches(void *user, const rbf_exitant_leaf *leaf)
-{
-	worker *w = user;
-	const double area = w->share * .25 * RBF_PI / (double)(1 << 2 * leaf->level);
-	for (int n = 0; n < 4; n++)
-		add(w, 0, rbf_klems_find(w->basis, leaf->direction[n]), area, leaf->value[n]);
-}
-
-static void to_turned_patches(void *user, const rbf_exitant_leaf *leaf)
-{
-	worker *w = user;
-	const double area = w->share * .25 * RBF_PI / (double)(1 << 2 * leaf->level);
-	for (int n = 0; n < 4; n++) {
-		double turn;
-		const int ring = rbf_klems_place(w->basis, leaf->direction[n], &turn);
-		for (int column = 0; column < w->columns; column++)
-			for (int k = 0; k < w->turns; k++)
-				add(w, column, rbf_klems_at(w->basis, ring, turn + (column * w->turns + k) * w->step), area, leaf->value[n]);
-	}
+	rbf_division_add(w->division, leaf, w->component->channels, w->share, w->sum);
 }
 
 static void start_column(worker *w)
 {
-	memset(w->hit, 0, sizeof w->hit);
-	memset(w->sum, 0, sizeof w->sum);
+	memset(w->sum, 0, 3 * (size_t)w->division->parts * sizeof *w->sum);
 }
 
-/* Adds the exitant integral at the point (u, v) of an incident patch; dhr: grows by `share` of the DHR there. */
-static void add_incidence(worker *w, int patch, double u, double v, double share, double dhr[3])
+/* Adds the exitant integral for an incidence, with a weight; dhr: grows by `share` of the DHR there. */
+static void add_incidence(worker *w, float incident[3], double share, double dhr[3])
 {
-	float incident[3];
 	double one[3];
 	rbf_site site;
-	rbf_klems_point(w->basis, patch, u, v, incident);
 	incident[0] = -incident[0];
 	incident[1] = -incident[1];
 	rbf_resample_site(w->component, incident, .2, &site, one, &w->exitant);
 	w->share = share;
-	w->limit = EDGE_SHARE * one[rbf_luminance(w->component->channels)];
 	rbf_exitant_run(&w->exitant, &site);
 	for (uint32_t k = 0; k < w->component->channels; k++)
 		dhr[k] += share * one[k];
 }
 
-/* Column i of the matrix from what has been summed. */
-static void end_column(const worker *w, int column, int i, const double dhr[3], matrix *m)
+/* Column i of the matrix from the means over outgoing patches. */
+static void end_column(const worker *w, int i, double mean[3][RBF_KLEMS_PATCHES], const double dhr[3], matrix *m)
 {
 	const rbf_klems *b = w->basis;
 	for (uint32_t k = 0; k < w->component->channels; k++) {
 		double total = 0;
-		for (int o = 0; o < b->patches; o++) {
-			const double hit = w->hit[column][o], mean = hit > 0 ? w->sum[column][k][o] / hit : 0;
-			m->f[k][o][i] = mean;
-			total += mean * rbf_klems_omega(b, o);
-		}
+		for (int o = 0; o < b->patches; o++)
+			total += mean[k][o] * rbf_klems_omega(b, o);
 		const double scale = rbf_resample_correction(dhr[k], total);
 		for (int o = 0; o < b->patches; o++)
-			m->f[k][o][i] = m->f[k][o][i] * scale + (double)w->component->lambertian[k] / RBF_PI;
+			m->f[k][o][i] = mean[k][o] * scale + (double)w->component->lambertian[k] / RBF_PI;
 	}
 }
 
@@ -155,17 +107,45 @@ static void steps(const worker *w, int ring, int patch, double *along, double *a
 static void make_column(worker *w, int i, matrix *m)
 {
 	int within;
-	double along, around, dhr[3] = {0};
+	double along, around, dhr[3] = {0}, mean[3][RBF_KLEMS_PATCHES];
+	double u[MOST_STEPS], v[MOST_STEPS], along_share[MOST_STEPS], around_share[MOST_STEPS];
 	steps(w, rbf_klems_ring(w->basis, i, &within), i, &along, &around);
 	const int rows = (int)fmin(along, MOST_STEPS), columns = (int)fmin(around, MOST_STEPS);
-	double u[MOST_STEPS], v[MOST_STEPS], along_share[MOST_STEPS], around_share[MOST_STEPS];
 	rbf_resample_points(rows, u, along_share);
 	rbf_resample_points(columns, v, around_share);
 	start_column(w);
 	for (int r = 0; r < rows; r++)
-		for (int k = 0; k < columns; k++)
-			add_incidence(w, i, u[r], v[k], along_share[r] * around_share[k], dhr);
-	end_column(w, 0, i, dhr, m);
+		for (int k = 0; k < columns; k++) {
+			float incident[3];
+			rbf_klems_point(w->basis, i, u[r], v[k], incident);
+			add_incidence(w, incident, along_share[r] * around_share[k], dhr);
+		}
+	for (uint32_t k = 0; k < w->component->channels; k++)
+		for (int o = 0; o < w->basis->patches; o++)
+			mean[k][o] = w->sum[k * (size_t)w->division->parts + (size_t)o] / w->division->area[o];
+	end_column(w, i, mean, dhr, m);
+}
+
+/* Means over the outgoing patches when what was summed turns over the azimuths of the incident patch `within` its ring. */
+static void turn(const worker *w, int count, int within, double mean[3][RBF_KLEMS_PATCHES])
+{
+	const rbf_klems *b = w->basis;
+	const int wide = AZIMUTHS / count, parts = w->division->parts;
+	double hit[RBF_KLEMS_PATCHES] = {0};
+	memset(mean, 0, sizeof *mean * 3);
+	for (int part = 0; part < parts; part++) {
+		const int ring = part / AZIMUTHS, first = part % AZIMUTHS + within * wide - (count > 1 ? wide / 2 : 0) + AZIMUTHS;
+		for (int n = 0; n <= wide; n++) {
+			const double share = (n == 0 || n == wide ? .5 : 1) / wide; /* trapezoidal rule */
+			const int o = rbf_klems_at(b, ring, (first + n + .5) / AZIMUTHS);
+			hit[o] += share * w->division->area[part];
+			for (uint32_t k = 0; k < w->component->channels; k++)
+				mean[k][o] += share * w->sum[k * (size_t)parts + (size_t)part];
+		}
+	}
+	for (int o = 0; o < b->patches; o++)
+		for (uint32_t k = 0; k < w->component->channels; k++)
+			mean[k][o] /= hit[o];
 }
 
 /* The columns of the first quarter of an incident ring, which starts at patch i; isotropic components. */
@@ -173,19 +153,20 @@ static void make_ring(worker *w, int i, matrix *m)
 {
 	int within;
 	const int ring = rbf_klems_ring(w->basis, i, &within), count = w->basis->count[ring];
-	double along, around, dhr[3] = {0};
+	double along, around, dhr[3] = {0}, u[MOST_STEPS_RING], share[MOST_STEPS_RING], mean[3][RBF_KLEMS_PATCHES];
 	steps(w, ring, i, &along, &around);
 	const int rows = (int)fmin(along, MOST_STEPS_RING);
-	w->columns = count == 1 ? 1 : count / 4;
-	w->turns = count == 1 ? TURNS_AXIS : TURNS;
-	w->step = 1. / (count * w->turns);
-	double u[MOST_STEPS_RING], share[MOST_STEPS_RING];
 	rbf_resample_points(rows, u, share);
 	start_column(w);
-	for (int r = 0; r < rows; r++)
-		add_incidence(w, i, u[r], .5 / w->turns, share[r], dhr); /* the first of the azimuths */
-	for (int column = 0; column < w->columns; column++)
-		end_column(w, column, i + column, dhr, m);
+	for (int r = 0; r < rows; r++) {
+		float incident[3];
+		rbf_klems_point(w->basis, i, u[r], .5, incident); /* azimuth 0, the middle of the first patch */
+		add_incidence(w, incident, share[r], dhr);
+	}
+	for (int column = 0; column < (count + 3) / 4; column++) {
+		turn(w, count, column, mean);
+		end_column(w, i + column, mean, dhr, m);
+	}
 }
 
 /* The incident patch that stands for patch i, and how i comes from it: mirrored (op) or turned. Incident vectors are the patch's
@@ -217,17 +198,16 @@ static bsdfrbf_status make_matrix(bsdfrbf_context *context, const bsdfrbf_resamp
 {
 	const int isotropic = c->mesh.symmetry == RBF_ISOTROPIC;
 	int failed = 0, cancelled = 0, done = 0;
+	rbf_division division;
+	if (!rbf_division_make(&division, isotropic ? b->rings * AZIMUTHS : b->patches, isotropic ? azimuth_of : patch_of, b))
+		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "bsdfrbf_write_klems: out of memory");
 #pragma omp parallel num_threads(rbf_resample_threads(options))
 	{
-		worker *w = calloc(1, sizeof *w);
-		const int ready = w && rbf_exitant_begin(&w->exitant, FIRST, FINEST, DEEPEST);
-		if (ready) {
-			w->basis = b;
-			w->component = c;
-			w->exitant.leaf = isotropic ? to_turned_patches : to_patches;
-			w->exitant.split = isotropic ? at_turned_edge : at_edge;
-			w->exitant.user = w;
-		}
+		worker w = {.basis = b, .component = c, .division = &division};
+		w.sum = malloc(3 * (size_t)division.parts * sizeof *w.sum);
+		const int ready = rbf_exitant_begin(&w.exitant, FIRST, FINEST, DEEPEST) && w.sum;
+		w.exitant.leaf = to_parts;
+		w.exitant.user = &w;
 #pragma omp for schedule(dynamic, 1)
 		for (int n = 0; n < b->patches; n++) {
 			const int i = b->patches - 1 - n; /* the slowest first */
@@ -241,9 +221,9 @@ static bsdfrbf_status make_matrix(bsdfrbf_context *context, const bsdfrbf_resamp
 			} else if (!stop && isotropic) {
 				rbf_klems_ring(b, i, &within);
 				if (!within)
-					make_ring(w, i, m);
+					make_ring(&w, i, m);
 			} else if (!stop && canonical(b, c, i, &op, &quarters) == i)
-				make_column(w, i, m);
+				make_column(&w, i, m);
 #pragma omp atomic capture
 			count = ++done;
 			if (omp_get_thread_num() == 0 && rbf_progress(context, "matrix", from + share * count / b->patches)) {
@@ -251,10 +231,10 @@ static bsdfrbf_status make_matrix(bsdfrbf_context *context, const bsdfrbf_resamp
 				cancelled = 1;
 			}
 		}
-		if (w)
-			rbf_exitant_end(&w->exitant);
-		free(w);
+		rbf_exitant_end(&w.exitant);
+		free(w.sum);
 	}
+	rbf_division_free(&division);
 	if (failed)
 		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "bsdfrbf_write_klems: out of memory");
 	if (cancelled)
