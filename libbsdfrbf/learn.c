@@ -14,6 +14,7 @@
 enum { PROBES = 480, PROBES_BASE = 24, LEVELS = 3, COEFFICIENTS = 8, STARTS = 3, STEPS = 15 };
 static const float BLUR[LEVELS] = {.25f, .08f, 0}; /* radians */
 static const double FIRST_STEP[LEVELS] = {.3, .12, .04}, TOLERANCE[LEVELS] = {1e-3, 3e-4, 1e-4};
+static const double WORTH_THREADS = 1e5; /* lobes to add up, a tenth of a millisecond: less is done before threads have met */
 static const uint32_t EVERY[LEVELS] = {4, 2, 1}; /* probes in use */
 
 typedef struct probe {
@@ -30,6 +31,7 @@ struct rbf_lesson {
 	float *self[LEVELS];       /* [probes] own value */
 	float *known[LEVELS];      /* [pairs] score of the frames that are there */
 	float *score;              /* [pairs] room */
+	double work;               /* lobes that a judgement of all pairs adds up */
 	uint32_t free, place[COEFFICIENTS]; /* coefficients that symmetry leaves free */
 };
 
@@ -104,6 +106,8 @@ rbf_lesson *rbf_learn_begin(const rbf_fitted *m)
 		const uint32_t b = s->probe[p].base, count = m->neighbour_first[b + 1] - m->neighbour_first[b];
 		s->first[p] = pairs;
 		pairs += count;
+		for (uint32_t n = 0; n < count; n++)
+			s->work += m->lobes[m->mesh.vertex[m->neighbour[m->neighbour_first[b] + n]].base].count;
 		s->probe[p].weight /= count ? count : 1;
 	}
 	if (!failed)
@@ -150,7 +154,7 @@ void rbf_learn_end(rbf_lesson *s)
 static void judge(const rbf_lesson *s, int level, unsigned map, const rbf_linear *linear, float *score)
 {
 	const rbf_fitted *m = s->fitted;
-	#pragma omp parallel for schedule(dynamic, 16)
+	#pragma omp parallel for schedule(dynamic, 16) if (s->work > WORTH_THREADS * EVERY[level])
 	for (int64_t p = 0; p < (int64_t)s->probes; p += EVERY[level]) {
 		const uint32_t b = s->probe[p].base;
 		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
