@@ -118,7 +118,8 @@ BSDFRBF_API bsdfrbf_data *bsdfrbf_data_new(bsdfrbf_context *context);
 BSDFRBF_API void bsdfrbf_data_free(bsdfrbf_data *data);
 
 /* Reads one measurement file: Mountain (PAB-Opto) text as described in pabopto2bsdf(1), or Zemax
- * tabular BSDF text; recognised from its content. Several files may describe one incidence.
+ * tabular BSDF text, or a finished Radiance .sir interpolant, which then is the only file of its component, has lobes instead
+ * of samples and is not fitted again; recognised from its content. Several measurement files may describe one incidence.
  * On failure `data` is as it was. Errors: IO, SYNTAX, DATA, MEMORY. */
 BSDFRBF_API bsdfrbf_status bsdfrbf_data_read(bsdfrbf_context *context, bsdfrbf_data *data, const char *path);
 
@@ -155,7 +156,7 @@ BSDFRBF_API void bsdfrbf_data_reverse(bsdfrbf_data *data);
 /* Removes the samples whose exitant direction is nearer than `limit_deg` to grazing (elevation above the surface). A
  * negative limit stands for the elevation of the most grazing incident direction, taken per component: what
  * lies beyond the measured incidences is often noise and edge effects. removed (may be NULL): how many samples.
- * Errors: ARGUMENT (limit over 90), DATA (an incidence would be left without samples; `data` is as it was). */
+ * Errors: ARGUMENT (limit over 90), DATA (an incidence would be left without samples, or comes from a .sir file; `data` is as it was). */
 BSDFRBF_API bsdfrbf_status bsdfrbf_data_cull(bsdfrbf_context *context, bsdfrbf_data *data, double limit_deg, size_t *removed);
 
 /* ------------------------------------------------------------------- build */

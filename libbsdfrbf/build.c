@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* From measurements to a model: the stages in their order. */
 #include "advect.h"
+#include "arrange.h"
 #include "assemble.h"
 #include "asymmetry.h"
 #include "choose.h"
@@ -15,6 +16,7 @@ static const double SAME_DEG = .25;      /* incidences closer than this are one 
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 enum { FIT_TRIALS = 8, FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
+static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 static const float LOBES_GAIN = .95f, LOBES_SAME = 1.03f;
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
@@ -35,10 +37,16 @@ typedef struct job {
 	rbf_choice choice;
 } job;
 
+static void release_turned(const rbf_incidence *in)
+{
+	free(in->outgoing);
+	free(in->lobe);
+}
+
 static void job_free(job *j)
 {
 	for (size_t b = 0; b < j->measured.count && j->turned; b++)
-		free(j->measured.incidence[b].outgoing);
+		release_turned(&j->measured.incidence[b]);
 	for (uint32_t b = 0; b < j->fitted.bases && j->fitted.lobes; b++)
 		rbf_lobes_free(&j->fitted.lobes[b]);
 	free(j->measured.incidence);
@@ -63,6 +71,7 @@ static void angles(const double d[3], double *theta, double *phi)
 /* Incidences worth fitting: not grazing, not the same twice. */
 static bsdfrbf_status select_incidences(bsdfrbf_context *context, const rbf_measured *all, const char *name, job *j)
 {
+	j->measured.ready = all->ready;
 	j->measured.incidence = calloc(all->count + 1, sizeof *j->measured.incidence);
 	j->direction = calloc(3 * all->count + 3, sizeof *j->direction);
 	if (!j->measured.incidence || !j->direction)
@@ -88,7 +97,7 @@ static bsdfrbf_status select_incidences(bsdfrbf_context *context, const rbf_meas
 			angles(other->direction, &theta2, &phi2);
 			rbf_warn(context, "%s: incidences theta %.2f phi %.2f and theta %.2f phi %.2f are nearly the same; the one with %zu samples is used",
 				name, theta2, phi2, theta, phi, in->count > other->count ? in->count : other->count);
-			if (in->count > other->count)
+			if (in->count > other->count || in->lobes > other->lobes)
 				*other = *in;
 			continue;
 		}
@@ -110,9 +119,14 @@ static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
 		const double s = hypot(in->direction[0], in->direction[1]);
 		const double c = s > 0 ? in->direction[0] / s : 1, q = s > 0 ? in->direction[1] / s : 0;
 		double *outgoing = malloc((in->count + 1) * 3 * sizeof *outgoing);
-		if (!outgoing) {
-			for (size_t rest = b; rest < j->measured.count; rest++)
+		rbf_ready_lobe *lobe = malloc((in->lobes + 1) * sizeof *lobe);
+		if (!outgoing || !lobe) {
+			free(outgoing);
+			free(lobe);
+			for (size_t rest = b; rest < j->measured.count; rest++) {
 				j->measured.incidence[rest].outgoing = NULL;
+				j->measured.incidence[rest].lobe = NULL;
+			}
 			return out_of_memory(context);
 		}
 		for (size_t i = 0; i < in->count; i++) {
@@ -120,7 +134,14 @@ static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
 			outgoing[3*i + 1] = c * in->outgoing[3*i + 1] - q * in->outgoing[3*i];
 			outgoing[3*i + 2] = in->outgoing[3*i + 2];
 		}
+		for (size_t i = 0; i < in->lobes; i++) {
+			const double *from = in->lobe[i].centre;
+			lobe[i] = in->lobe[i];
+			lobe[i].centre[0] = c * from[0] + q * from[1];
+			lobe[i].centre[1] = c * from[1] - q * from[0];
+		}
 		in->outgoing = outgoing;
+		in->lobe = lobe;
 		in->direction[0] = j->direction[3*b] = s;
 		in->direction[1] = j->direction[3*b + 1] = 0;
 	}
@@ -209,7 +230,8 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 {
 	const int64_t bases = (int64_t)j->measured.count;
 	rbf_fitted *m = &j->fitted;
-	rbf_fit_lambertian(&j->measured, channels, c->lambertian);
+	if (!j->measured.ready) /* ready lobes contain it */
+		rbf_fit_lambertian(&j->measured, channels, c->lambertian);
 	m->bases = (uint32_t)bases;
 	m->channels = (uint32_t)channels;
 	m->direction = j->direction;
@@ -225,7 +247,7 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 		j->fit_error[b] = -1;
 	}
 	j->held_out = -1;
-	failed = failed || (!lobes && lobes_from_data(j, channels, c->lambertian, count));
+	failed = failed || (!lobes && !j->measured.ready && lobes_from_data(j, channels, c->lambertian, count));
 	if (failed || rbf_progress(context, "lobes", progress)) {
 		free(count);
 		return failed ? out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
@@ -233,7 +255,8 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < bases; b++) {
 		float unused;
-		failed |= rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], &unused) != 0;
+		failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], channels, &m->lobes[b])
+			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], &unused)) != 0;
 	}
 	free(count);
 	if (failed)
@@ -253,7 +276,7 @@ static void check_symmetry(bsdfrbf_context *context, const char *name, const job
 	float worst;
 	uint32_t base;
 	rbf_asymmetry(&j->fitted, c->lambertian[rbf_luminance(j->fitted.channels)], &c->facts.asymmetry, &worst, &base);
-	const float noise = fmaxf(ASYMMETRY_NOISE * fmaxf(j->held_out, 0), ASYMMETRY_MIN);
+	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
 	if (c->facts.asymmetry > noise) {
 		double theta, phi;
 		angles(j->direction + 3*base, &theta, &phi);
@@ -389,7 +412,10 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 {
 	const double span = to - from;
 	RBF_TRY(select_incidences(context, all, name, j));
-	RBF_TRY(rbf_symmetry_choose(context, j->measured.count, j->direction, o->symmetry, &j->symmetry));
+	const char symmetry = o->symmetry ? o->symmetry : all->isotropic ? 'I' : 0;
+	RBF_TRY(rbf_symmetry_choose(context, j->measured.count, j->direction, symmetry, &j->symmetry));
+	if (all->ready && o->lobes)
+		rbf_warn(context, "%s: its lobes are ready in the .sir file; the number asked for does not count", name);
 	if (j->symmetry.symmetry == RBF_ISOTROPIC)
 		RBF_TRY(turn_isotropic(context, j));
 	if (rbf_progress(context, "lobes", from))

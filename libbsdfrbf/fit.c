@@ -5,6 +5,7 @@
  * spacing of the centres; amplitudes are the non-negative least-squares solution.
  */
 #include "fit.h"
+#include "arrange.h"
 #include "neighbours.h"
 #include "nonnegative.h"
 
@@ -357,82 +358,6 @@ static int equations(work *k, int channels)
 	return 0;
 }
 
-/* Position along a Hilbert curve over the square map, 27 bits: neighbours in order are neighbours in direction, which keeps
- * blocks compact and stratified sampling stratified. */
-static uint32_t hilbert(const float direction[3])
-{
-	float square[2];
-	uint32_t x[2], order = 0;
-	rbf_square_from_direction(direction, square);
-	for (int a = 0; a < 2; a++)
-		x[a] = (uint32_t)fminf(fmaxf((square[a] + 1) * 32768, 0.f), 65535.f);
-	for (uint32_t s = 32768; s; s >>= 1) {
-		const uint32_t rx = (x[0] & s) != 0, ry = (x[1] & s) != 0;
-		order += s * s * ((3 * rx) ^ ry);
-		if (!ry) {
-			if (rx) {
-				x[0] = 65535 - x[0];
-				x[1] = 65535 - x[1];
-			}
-			const uint32_t t = x[0];
-			x[0] = x[1];
-			x[1] = t;
-		}
-	}
-	return order >> 5;
-}
-
-/* Lobes of like width, within a factor of 2, follow each other: a broad one would keep a block of narrow ones in sight everywhere. */
-static uint32_t rank_of(const float centre[3], double kappa)
-{
-	return ((uint32_t)fmin(fmax(.5 * log2(kappa), 0), 31) << 27) + hilbert(centre);
-}
-
-typedef struct ranked { uint32_t order, lobe; } ranked;
-
-static int by_order(const void *a, const void *b)
-{
-	const ranked *x = a, *y = b;
-	return x->order != y->order ? (x->order < y->order ? -1 : 1) : x->lobe < y->lobe ? -1 : x->lobe > y->lobe;
-}
-
-/* Keeps the lobes that matter. */
-static int keep(const work *k, int channels, rbf_lobes *out)
-{
-	const double *amplitude[3];
-	for (int c = 0; c < channels; c++)
-		amplitude[c] = k->amplitude + (size_t)c * k->lobes;
-	const uint32_t y = rbf_luminance((uint32_t)channels);
-	uint32_t count = 0;
-	double total = 0;
-	ranked *rank = malloc((k->lobes + 1) * sizeof *rank);
-	if (!rank)
-		return -1;
-	for (uint32_t j = 0; j < k->lobes; j++)
-		total += amplitude[y][j] * rbf_lobe_integral(k->kappa[j]);
-	for (uint32_t j = 0; j < k->lobes; j++) {
-		double energy = 0;
-		for (int c = 0; c < channels; c++)
-			energy = fmax(energy, amplitude[c][j] * rbf_lobe_integral(k->kappa[j]));
-		if (energy > 1e-8 * total)
-			rank[count++] = (ranked){rank_of(k->centre[j], k->kappa[j]), j};
-	}
-	qsort(rank, count, sizeof *rank, by_order);
-	if (rbf_lobes_new(out, count, (uint32_t)channels)) {
-		free(rank);
-		return -1;
-	}
-	for (uint32_t at = 0; at < count; at++) {
-		const uint32_t j = rank[at].lobe;
-		rbf_lobe_set(out, at, k->centre[j], k->kappa[j]);
-		for (uint32_t c = 0; c < (uint32_t)channels; c++)
-			out->amplitude[c * out->blocks + at / RBF_LANES].a[at % RBF_LANES] = (float)amplitude[c][j];
-		out->mass[at] = amplitude[y][j] * rbf_lobe_integral(k->kappa[j]);
-	}
-	free(rank);
-	return 0;
-}
-
 static int ascending(const void *a, const void *b)
 {
 	const float x = *(const float *)a, y = *(const float *)b;
@@ -496,7 +421,7 @@ static int solve(work *k, int channels, rbf_lobes *out)
 	for (int c = 0; c < channels; c++)
 		if (rbf_nonnegative_solve(k->lobes, k->gram, k->right + (size_t)c * k->lobes, k->amplitude + (size_t)c * k->lobes))
 			return -1;
-	return keep(k, channels, out);
+	return rbf_arrange(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, channels, out);
 }
 
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,

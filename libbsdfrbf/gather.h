@@ -43,4 +43,11 @@ void rbf_gather_free(rbf_gather *gather);
  * number of channels. path: file they come from, or NULL; name: of the sample, or NULL. Errors: DATA, MEMORY. */
 bsdfrbf_status rbf_data_join(bsdfrbf_context *context, bsdfrbf_data *data, size_t count, rbf_gather *gathers,
 	const char *path, const char *name);
+
+/* A component that was fitted elsewhere becomes `data`'s, all or nothing: on success *ready is emptied. It must be new to
+ * `data`. path: file it comes from; name: of the sample, or NULL. Errors: DATA, MEMORY. */
+bsdfrbf_status rbf_data_join_ready(bsdfrbf_context *context, bsdfrbf_data *data, int component, int channels,
+	rbf_measured *ready, const char *path, const char *name);
+
+void rbf_measured_free(rbf_measured *measured);
 #endif

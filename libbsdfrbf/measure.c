@@ -17,17 +17,23 @@ bsdfrbf_data *bsdfrbf_data_new(bsdfrbf_context *context)
 	return data;
 }
 
+void rbf_measured_free(rbf_measured *measured)
+{
+	for (size_t i = 0; i < measured->count; i++) {
+		free(measured->incidence[i].outgoing);
+		free(measured->incidence[i].dsf);
+		free(measured->incidence[i].lobe);
+	}
+	free(measured->incidence);
+	memset(measured, 0, sizeof *measured);
+}
+
 void bsdfrbf_data_free(bsdfrbf_data *data)
 {
 	if (!data)
 		return;
-	for (int c = 0; c < 4; c++) {
-		for (size_t i = 0; i < data->component[c].count; i++) {
-			free(data->component[c].incidence[i].outgoing);
-			free(data->component[c].incidence[i].dsf);
-		}
-		free(data->component[c].incidence);
-	}
+	for (int c = 0; c < 4; c++)
+		rbf_measured_free(&data->component[c]);
 	free(data->name);
 	free(data->source);
 	free(data);
@@ -203,6 +209,7 @@ static void commit(bsdfrbf_data *data, item *items, size_t count, const size_t f
 		item *it = &items[i];
 		rbf_incidence *incidence = &data->component[it->component].incidence[it->target];
 		if (it->opens) {
+			memset(incidence, 0, sizeof *incidence);
 			memcpy(incidence->direction, it->direction, sizeof incidence->direction);
 			incidence->count = it->batch->count;
 			incidence->outgoing = it->batch->outgoing;
@@ -250,12 +257,26 @@ static bsdfrbf_status refuse_channels(bsdfrbf_context *context, const bsdfrbf_da
 		what[channels == 3], what[data->channels == 3], (int)length, first);
 }
 
+static bsdfrbf_status refuse_second(bsdfrbf_context *context, int component, const char *path)
+{
+	const size_t length = path ? strlen(path) : 0;
+	return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: %s is there already, and one of the two is a finished interpolant (.sir), which "
+		"nothing can be joined to: give one .sir file, or else measurements, for each component",
+		path ? path + (length > 300 ? length - 300 : 0) : "these samples", rbf_component_name(component));
+}
+
 bsdfrbf_status rbf_data_join(bsdfrbf_context *context, bsdfrbf_data *data, size_t count, rbf_gather *gathers,
 	const char *path, const char *name)
 {
 	const int channels = count ? gathers[0].channels : data->channels, channels_before = data->channels;
 	if (data->channels && channels != data->channels)
 		return refuse_channels(context, data, channels, path);
+	for (size_t g = 0; g < count; g++)
+		for (int side = 0; side < 2; side++) {
+			const int component = (side ? BSDFRBF_TF : BSDFRBF_RF) + gathers[g].back;
+			if (gathers[g].side[side].count && data->component[component].ready)
+				return refuse_second(context, component, path);
+		}
 
 	size_t fresh[4] = {0}, used = 0;
 	item *items = calloc(2 * count + 1, sizeof *items);
@@ -290,6 +311,22 @@ bsdfrbf_status rbf_data_join(bsdfrbf_context *context, bsdfrbf_data *data, size_
 	}
 	if (label)
 		data->name = label;
+	return BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_data_join_ready(bsdfrbf_context *context, bsdfrbf_data *data, int component, int channels,
+	rbf_measured *ready, const char *path, const char *name)
+{
+	if (data->channels && channels != data->channels)
+		return refuse_channels(context, data, channels, path);
+	if (data->component[component].count)
+		return refuse_second(context, component, path);
+	/* joining no samples records the file */
+	RBF_TRY(rbf_data_join(context, data, 0, NULL, path, name));
+	data->channels = channels;
+	free(data->component[component].incidence);
+	data->component[component] = *ready;
+	memset(ready, 0, sizeof *ready);
 	return BSDFRBF_OK;
 }
 
@@ -368,9 +405,11 @@ bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data
 			int light = 0;
 			for (size_t k = 0; k < incidence->count && !light; k++)
 				light = incidence->dsf[(size_t)data->channels * k + (size_t)y] > 0;
+			for (size_t k = 0; k < incidence->lobes && !light; k++)
+				light = incidence->lobe[k].dsf[y] > 0;
 			if (!light && !dark++)
 				describe(incidence, c, first_dark);
-			if (incidence->count < FEW_SAMPLES && !few++)
+			if (!measured->ready && incidence->count < FEW_SAMPLES && !few++)
 				describe(incidence, c, first_few);
 		}
 		if (measured->count && dark == measured->count)

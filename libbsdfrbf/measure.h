@@ -4,6 +4,13 @@
 #define RBF_MEASURE_H
 #include "status.h"
 
+/* A Gaussian lobe that was fitted elsewhere (a .sir file): DSF(w) = dsf exp(kappa (centre . w - 1)). */
+typedef struct rbf_ready_lobe {
+	double centre[3];           /* unit, z >= 0 */
+	double kappa;
+	float dsf[3];               /* as many as channels */
+} rbf_ready_lobe;
+
 /* All samples of one component at one incident direction.
  * Coordinates are those of the component's own half space: both incident and outgoing vectors are turned to
  * z > 0 by flipping the sign of z alone (x and y are kept), so that the later stages know nothing of sides. */
@@ -12,11 +19,15 @@ typedef struct rbf_incidence {
 	size_t count;
 	double *outgoing;           /* count x 3, unit, z > 0 */
 	float *dsf;                 /* count x channels: f |cos(theta_o)|, sr^-1; may be negative (noise) */
+	size_t lobes;               /* lobes instead of samples; 0 where the component was measured */
+	rbf_ready_lobe *lobe;
 } rbf_incidence;
 
 typedef struct rbf_measured {   /* one component */
 	size_t count;
 	rbf_incidence *incidence;
+	int ready;                  /* 1: all incidences have lobes, none has samples */
+	int isotropic;              /* 1: so the file that the lobes are from says */
 } rbf_measured;
 
 struct bsdfrbf_data {

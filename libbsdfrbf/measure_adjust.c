@@ -28,6 +28,8 @@ void bsdfrbf_data_reverse(bsdfrbf_data *data)
 			incidence->direction[0] = -incidence->direction[0];
 			for (size_t k = 0; k < incidence->count; k++)
 				incidence->outgoing[3 * k] = -incidence->outgoing[3 * k];
+			for (size_t k = 0; k < incidence->lobes; k++)
+				incidence->lobe[k].centre[0] = -incidence->lobe[k].centre[0];
 		}
 }
 
@@ -59,6 +61,9 @@ bsdfrbf_status bsdfrbf_data_cull(bsdfrbf_context *context, bsdfrbf_data *data, d
 	for (int c = 0; c < 4; c++) {
 		const rbf_measured *measured = &data->component[c];
 		const double limit = limit_of(measured, limit_deg);
+		if (measured->ready)
+			return rbf_fail(context, BSDFRBF_ERR_DATA, "%s comes from a finished interpolant (.sir): it has no samples of which some "
+				"could be left out; omit the limit to grazing, or give the measurements", rbf_component_name(c));
 		for (size_t i = 0; i < measured->count; i++) {
 			const double *d = measured->incidence[i].direction;
 			if (measured->incidence[i].count && !kept(&measured->incidence[i], limit))

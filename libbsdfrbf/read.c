@@ -25,11 +25,6 @@ static const char *foreign(const unsigned char *head, size_t count)
 		head += 3;
 		count -= 3;
 	}
-	if (STARTS("#?RADIANCE")) {
-		/* a .sir interpolant, or a picture: its header is text, its body is not */
-		return "this is a Radiance file (.sir interpolant or picture), not a measurement: "
-			"give the measurement files it was made from";
-	}
 	while (count && (*head == ' ' || *head == '\t' || *head == '\r' || *head == '\n')) {
 		head++;
 		count--;
@@ -75,9 +70,12 @@ bsdfrbf_status bsdfrbf_data_read(bsdfrbf_context *context, bsdfrbf_data *data, c
 	if (!status) {
 		size_t count;
 		const unsigned char *head = rbf_text_peek(&text, &count);
-		const char *what = foreign(head, count);
+		const int sir = starts(head, count, "#?RADIANCE", 10);
+		const char *what = sir ? NULL : foreign(head, count);
 		if (what)
 			status = rbf_text_fail(&text, 0, BSDFRBF_ERR_SYNTAX, "%s", what);
+		else if (sir)
+			status = rbf_read_sir(&text, data, path);
 		else if (looks_like_zemax(head, count))
 			status = rbf_read_zemax(&text, data, path);
 		else

@@ -8,4 +8,6 @@
 /* Each reads the whole text and joins it to `data`, all or nothing. path as given by the caller. */
 bsdfrbf_status rbf_read_mountain(rbf_text *text, bsdfrbf_data *data, const char *path);
 bsdfrbf_status rbf_read_zemax(rbf_text *text, bsdfrbf_data *data, const char *path);
+/* .sir, a finished interpolant of one component. */
+bsdfrbf_status rbf_read_sir(rbf_text *text, bsdfrbf_data *data, const char *path);
 #endif

@@ -25,6 +25,7 @@ static void show_path(const char *path, char *shown, size_t size)
 
 static bsdfrbf_status refill(rbf_text *text)
 {
+	text->before += text->fill;
 	text->next = 0;
 	text->fill = fread(text->buffer, 1, BUFFER_BYTES, text->file);
 	if (text->fill < BUFFER_BYTES) {
@@ -119,6 +120,23 @@ bsdfrbf_status rbf_text_line(rbf_text *text, int *more)
 				text->next++;
 		}
 		break;
+	}
+	return BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_text_bytes(rbf_text *text, void *bytes, size_t count, uint64_t *offset)
+{
+	*offset = text->before + text->next;
+	for (size_t done = 0; done < count; ) {
+		if (text->next == text->fill && !text->ended)
+			RBF_TRY(refill(text));
+		if (text->ended)
+			return rbf_text_fail(text, 0, BSDFRBF_ERR_SYNTAX, "ends at byte %llu, in the middle of an entry: the file is cut off; "
+				"make or copy it anew", (unsigned long long)(text->before + text->next));
+		const size_t left = text->fill - text->next, part = count - done < left ? count - done : left;
+		memcpy((char *)bytes + done, text->buffer + text->next, part);
+		text->next += part;
+		done += part;
 	}
 	return BSDFRBF_OK;
 }

@@ -4,6 +4,7 @@
 #define RBF_TEXT_H
 #include "status.h"
 
+#include <stdint.h>
 #include <stdio.h>
 
 /* A text file being read. Lines end with LF, CR LF or CR; a byte order mark of UTF-8 is skipped. */
@@ -16,6 +17,7 @@ typedef struct rbf_text {
 	size_t length, capacity;
 	unsigned char *buffer;
 	size_t next, fill;
+	uint64_t before;      /* bytes of the file before the buffer */
 	int ended;
 } rbf_text;
 
@@ -28,6 +30,10 @@ const unsigned char *rbf_text_peek(const rbf_text *text, size_t *count);
 
 /* Next line; *more is 0 at the end of the file. Errors: IO, SYNTAX (NUL byte, endless line), MEMORY. */
 bsdfrbf_status rbf_text_line(rbf_text *text, int *more);
+
+/* The next `count` bytes as they are, behind the lines read so far. *offset: where in the file they start, for messages.
+ * Errors: IO, SYNTAX (the file ends before). */
+bsdfrbf_status rbf_text_bytes(rbf_text *text, void *bytes, size_t count, uint64_t *offset);
 
 /* Fails with "file:line: " before the message; without the line if line is 0. */
 bsdfrbf_status rbf_text_fail(const rbf_text *text, size_t line, bsdfrbf_status status, const char *format, ...)

@@ -162,7 +162,7 @@ static void lobes_are_recovered(void **state)
 static void diffuse_part(void **state)
 {
 	(void)state;
-	const rbf_measured measured = {1, &incidence};
+	const rbf_measured measured = {.count = 1, .incidence = &incidence};
 	rbf_lobes l;
 	float lambertian[3], error;
 	for (int noisy = 0; noisy < 2; noisy++) {

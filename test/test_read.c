@@ -341,7 +341,7 @@ static void refusals(void **state)
 			BSDFRBF_ERR_SYNTAX},
 		{HEAD ROWS "#colorimetry: CIE-XYZ\n", "after the first row (line 5)", BSDFRBF_ERR_SYNTAX},
 		{"\x8fRBF\r\n", "finished .rbf model", BSDFRBF_ERR_SYNTAX},
-		{"#?RADIANCE\nSYMMETRY=0\n", ".sir interpolant", BSDFRBF_ERR_SYNTAX},
+		{"#?RADIANCE\nSYMMETRY=0\n", "ends within its header", BSDFRBF_ERR_SYNTAX},
 		{"\xef\xbb\xbf<?xml version=\"1.0\"?>\n", "this is XML", BSDFRBF_ERR_SYNTAX},
 		{"PK\x03\x04", "spreadsheet or an archive", BSDFRBF_ERR_SYNTAX},
 		{"\xff\xfe#", "UTF-16", BSDFRBF_ERR_SYNTAX},

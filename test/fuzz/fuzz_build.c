@@ -18,7 +18,7 @@ static int small_enough(const bsdfrbf_data *data)
 	size_t incidences = 0, samples = 0;
 	for (int c = 0; c < 4; c++)
 		for (size_t i = 0; i < data->component[c].count; i++, incidences++)
-			samples += data->component[c].incidence[i].count;
+			samples += data->component[c].incidence[i].count + data->component[c].incidence[i].lobes;
 	return incidences <= MOST_INCIDENCES && samples <= MOST_SAMPLES;
 }
 

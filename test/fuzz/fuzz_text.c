@@ -19,7 +19,15 @@ static size_t samples(const bsdfrbf_data *data)
 			for (size_t k = 0; k < in->count * (size_t)data->channels; k++)
 				if (!isfinite(in->dsf[k]))
 					fuzz_finding("a sample that is not finite");
-			count += in->count;
+			for (size_t k = 0; k < in->lobes; k++) {
+				const rbf_ready_lobe *lobe = &in->lobe[k];
+				if (!(lobe->centre[2] >= 0) || !(lobe->kappa > 0) || !isfinite(lobe->kappa))
+					fuzz_finding("a lobe below the surface, or without a width");
+				for (int a = 0; a < data->channels; a++)
+					if (!isfinite(lobe->dsf[a]) || lobe->dsf[a] < 0)
+						fuzz_finding("a lobe that is negative or not finite");
+			}
+			count += in->count + in->lobes;
 		}
 	return count;
 }
@@ -29,7 +37,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 	bsdfrbf_context *context = bsdfrbf_context_new();
 	bsdfrbf_data *data = bsdfrbf_data_new(context);
 	const char *path = fuzz_file(bytes, size);
-	/* twice: the second reading merges with the first */
+	/* twice: the second reading merges with the first, or is refused where the first was a finished interpolant */
 	for (int i = 0; i < 2; i++) {
 		const size_t before = samples(data);
 		const bsdfrbf_status status = bsdfrbf_data_read(context, data, path);
