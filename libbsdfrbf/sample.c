@@ -224,7 +224,7 @@ static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float
 }
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
-static const double POINTS_INSIDE = 1600, POINTS_HORIZON = 5000;
+static const double POINTS_INSIDE = 1600, POINTS_HORIZON = 10000;
 
 void rbf_site_dhr(const rbf_site *site, double value[3])
 {

@@ -12,9 +12,7 @@
 
 static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
 enum { INCIDENCES = sizeof theta_deg / sizeof *theta_deg };
-static const double AVERAGE = .003;  /* over all incidences of a model */
-static const double CLOSE = .005;    /* all but one in twenty */
-static const double WORST = .02;      /* where a map ends in a coarse element (slats), DHR has a kink that no edge follows */
+static const double AVERAGE = .002, WORST = .005; /* over all incidences of a model */
 static const double SWAPPED = .06;   /* by reciprocity: a table of at most 1536 cells, one value each */
 
 static void quadrature_agrees(void **state)
@@ -24,7 +22,7 @@ static void quadrature_agrees(void **state)
 	int failed = 0;
 	for (int m = 0; m < FIXTURES; m++) {
 		double sum = 0, worst = 0;
-		int beyond = 0, count = 0, transmit;
+		int count = 0, transmit;
 		fixture_component(fixture_model[m], &transmit);
 		for (int t = 0; t < INCIDENCES; t++)
 			for (int turn = 0; turn < 2; turn++) {
@@ -37,14 +35,13 @@ static void quadrature_agrees(void **state)
 					const double error = fabs((double)table[n] / cells.total[n] - 1);
 					sum += error;
 					worst = fmax(worst, error);
-					beyond += error > CLOSE;
 					count++;
 				}
 				free(cells.cell);
 			}
-		print_message("%s: DHR off by %.2f %% on average, at most %.2f %%, %d of %d above .5 %%\n", fixture_plan[m].material, 100 * sum / count,
-			100 * worst, beyond, count);
-		failed += !(sum / count < AVERAGE) || !(worst < WORST) || beyond > (count + 19) / 20;
+		print_message("%s: DHR off by %.2f %% on average, at most %.2f %% at %d incidences\n", fixture_plan[m].material, 100 * sum / count,
+			100 * worst, count);
+		failed += !(sum / count < AVERAGE) || !(worst < WORST);
 	}
 	assert_int_equal(failed, 0);
 }
