@@ -230,8 +230,8 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 {
 	const int64_t bases = (int64_t)j->measured.count;
 	rbf_fitted *m = &j->fitted;
-	if (!j->measured.ready) /* ready lobes contain it */
-		rbf_fit_lambertian(&j->measured, channels, c->lambertian);
+	if (!j->measured.ready && rbf_fit_lambertian(&j->measured, channels, c->lambertian)) /* ready lobes contain it */
+		return out_of_memory(context);
 	m->bases = (uint32_t)bases;
 	m->channels = (uint32_t)channels;
 	m->direction = j->direction;
@@ -349,9 +349,13 @@ static bsdfrbf_status move_edges(bsdfrbf_context *context, const job *j, rbf_com
 	c->shifts = (uint32_t)total;
 	rbf_shift *shift = calloc(total + 1, sizeof *shift);
 	c->shift = shift;
-	int failed = !shift;
+	if (!shift) {
+		free(list);
+		return out_of_memory(context);
+	}
+	int failed = 0;
 	double mean = 0;
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed) if (!failed)
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t i = 0; i < (int64_t)count; i++) {
 		if (failed || (i && list[i].at == list[i - 1].at && list[i].from == list[i - 1].from))
 			continue;

@@ -12,7 +12,7 @@ static int ascending(const void *a, const void *b)
 	return x < y ? -1 : x > y;
 }
 
-/* Low quantile of f at one incidence, from local means, in which noise averages out; 0 if it cannot be had. */
+/* Low quantile of f at one incidence, from local means, in which noise averages out; 0 if there are none, -1 when out of memory. */
 static float incidence_floor(const rbf_incidence *in, int channels, int channel)
 {
 	const size_t step = in->count / FLOOR_PLACES + 1;
@@ -23,7 +23,9 @@ static float incidence_floor(const rbf_incidence *in, int channels, int channel)
 	for (size_t i = 0; w && i < in->count; i++)
 		for (int a = 0; a < 3; a++)
 			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
-	if (w && mean && !rbf_tree_build(&tree, in->count, (const float (*)[3])w)) {
+	if (!w || !mean || rbf_tree_build(&tree, in->count, (const float (*)[3])w))
+		floor = -1;
+	else {
 		for (size_t i = step / 2; i < in->count; i += step) {
 			uint32_t index[NEIGHBOURS];
 			float distance[NEIGHBOURS];
@@ -49,7 +51,7 @@ static float incidence_floor(const rbf_incidence *in, int channels, int channel)
 }
 
 /* The Lambertian part is what every direction at every incidence shares: a little less than the lowest floor. */
-void rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3])
+int rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3])
 {
 	for (int c = 0; c < 3; c++)
 		lambertian[c] = 0;
@@ -58,6 +60,9 @@ void rbf_fit_lambertian(const rbf_measured *measured, int channels, float lamber
 		#pragma omp parallel for schedule(dynamic) reduction(min:floor)
 		for (int64_t b = 0; b < (int64_t)measured->count; b++)
 			floor = fminf(floor, incidence_floor(&measured->incidence[b], channels, c));
+		if (floor < 0)
+			return -1;
 		lambertian[c] = isfinite(floor) ? .95f * floor * (float)RBF_PI : 0;
 	}
+	return 0;
 }

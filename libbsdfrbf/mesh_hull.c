@@ -233,7 +233,7 @@ bsdfrbf_status rbf_hull(bsdfrbf_context *context, size_t count, const double (*d
 	if (failed) {
 		if (text)
 			text[strcspn(text, "\n")] = 0;
-		status = rbf_fail(context, BSDFRBF_ERR_INTERNAL, "no mesh of %zu incident directions: %s", count,
+		status = rbf_fail(context, failed == qh_ERRmem ? BSDFRBF_ERR_MEMORY : BSDFRBF_ERR_INTERNAL, "no mesh of %zu incident directions: %s", count,
 			text ? text : "qhull failed");
 	} else if (!copied || !connect(count, *triangles, *triangle)
 			|| !peel(direction, triangles, *triangle)) {
