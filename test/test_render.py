@@ -172,6 +172,36 @@ class Render(unittest.TestCase):
             want = query("satin.rbf", "-d", vectors=[v])[0].sum()
             self.agrees(got[1], error[1], want, .01, f"satin from behind, theta {theta}")
 
+    def test_proxy_thickness(self):
+        """Beside geometry that it stands for (thickness not 0) a view ray passes. Indirect rays meet the BSDF on the side away
+        from that geometry: the front if it is positive, the back if negative. On the other side they pass as well."""
+        irradiance = {}
+        for thick in (0, .1, -.1):
+            octree = scene("proxy", SPHERE + bsdf("sheet.rbf", thick=thick) + square("s", "m"))
+            for side in (1, -1):
+                v = vector(30, 40, side)
+                seen = trace(octree, [np.concatenate([3 * v, -v])], "-ab", "1", "-ad", "64", "-st", "0")[0]
+                want = query("sheet.rbf", "-d", vectors=[v])[0].sum() if thick == 0 else 1
+                self.agrees(seen[1], 0, want, .005, f"view, side {side}, thickness {thick}")
+                got, error = mean(trace(octree, [(0, 0, side, 0, 0, -side)] * 30, "-I", "-ab", "2", "-ad", "400", *FINE[2:]))
+                irradiance[thick, side] = got[1], error[1]
+        for thick, side in ((.1, 1), (.1, -1), (-.1, 1), (-.1, -1)):
+            plain, error = irradiance[0, side]
+            self.assertGreater(math.pi - plain, .1)  # the BSDF and the sky can be told apart
+            want = plain if thick * side > 0 else math.pi
+            self.agrees(*irradiance[thick, side], want, .01 + 4 * error / plain, f"irradiance, side {side}, thickness {thick}")
+
+    def test_added_diffuse(self):
+        """Nine real arguments add diffuse reflection in front, behind, and diffuse transmission."""
+        added = (.1, .1, .1, .25, .25, .25, .05, .05, .05)
+        material = bsdf("sheet.rbf").replace("0 0\n", "0 9 " + " ".join(map(str, added)) + "\n")
+        octree = scene("added", SPHERE + material + square("s", "m"))
+        for side, reflected in ((1, .1), (-1, .25)):
+            v = vector(40, 30, side)
+            got, error = mean(trace(octree, [np.concatenate([3 * v, -v])] * 300, "-ab", "1", "-ad", "256", "-lw", "1e-7", "-st", "0"))
+            want = query("sheet.rbf", "-d", vectors=[v])[0].sum() + reflected + .05
+            self.agrees(got[1], error[1], want, .005, f"added diffuse, side {side}")
+
     def test_processes(self):
         """-n 2 answers as -n 1 does."""
         one = self.furnace("film.rbf", thetas=(45,))
