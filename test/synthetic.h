@@ -3,6 +3,7 @@
 #ifndef TEST_SYNTHETIC_H
 #define TEST_SYNTHETIC_H
 #include "arrays.h"
+#include "map.h"
 
 #include <stdlib.h>
 
@@ -39,7 +40,8 @@ static inline void synthetic_numbers(const synthetic *want, rbf_component *c)
 	c->mesh.cell_entries = want->cell_entries;
 	c->frames = want->frames;
 	for (uint32_t f = 0; f < want->frames; f++)
-		c->frame[f] = (f + 1) % 7;
+		c->frame[f] = f == 1 ? RBF_MAP_LEARNED_TURN : (f + 1) % 7;
+	c->learned = want->frames > 1;
 	c->residual = want->residual;
 	c->sets = want->bases * want->frames;
 	c->blocks = c->sets * want->blocks_per_set;

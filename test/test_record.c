@@ -415,6 +415,21 @@ static void test_defects(void **state)
 	((float *)c->dhr)[1] = 0;
 	((rbf_set *)c->set)[1].first++;
 	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
+	rbf_component_free(c);
+	/* a learned beam of no number, or that moves like none, or that is not there */
+	synthetic_component(&(synthetic){1, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 4, 1}, 3, c);
+	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_OK);
+	static const float wrong[] = {NAN, INFINITY, -1000};
+	for (int n = 0; n < 3; n++) {
+		rbf_linear *linear = (rbf_linear *)c->linear;
+		const float kept = linear[1].row[1][3];
+		linear[1].row[1][3] = wrong[n];
+		assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
+		assert_non_null(strstr(bsdfrbf_message(*state), "learned frame"));
+		linear[1].row[1][3] = kept;
+	}
+	c->frame[1] = RBF_MAP_MIRROR;
+	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
 	bsdfrbf_close(model);
 }
 
