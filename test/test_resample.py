@@ -129,7 +129,7 @@ def spread(count, limit=84):
     return [(math.degrees(math.asin(math.sqrt(top * (n + .5) / count))), 222.4922 * n % 360) for n in range(count)]
 
 
-def four_sides(folder):
+def four_sides(folder, count=500):
     """One fixed off-axis lobe a component, with a different one for each, over 17 incidences."""
     incidences = [(0, 0)] + [(t, p) for t in (35, 70) for p in range(0, 360, 45)]
     files = []
@@ -139,7 +139,7 @@ def four_sides(folder):
         def value(i, o, exit_=exit_):
             tilt = 1 + .5 * i[0] - .3 * i[1]  # the incident side is to be told from its mirror images
             return .02 + .3 * tilt * math.exp(KAPPA * (sum(a * b for a, b in zip(o, exit_)) - 1))
-        files += measure(folder, name, incidences, lambda t, p: spread(500), value, front_in, front_out)
+        files += measure(folder, name, incidences, lambda t, p: spread(count), value, front_in, front_out)
     return files
 
 
