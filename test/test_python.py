@@ -69,7 +69,7 @@ class Module(unittest.TestCase):
         self.assertEqual((self.model["satin"].components, self.model["satin"].channels, self.model["satin"].name), (("tf",), 1, "satin"))
         self.assertEqual((self.model["film"].components, self.model["film"].channels), (("rf",), 3))
         info = self.model["satin"].info("tf")
-        self.assertEqual(info["incidences"], 11)
+        self.assertEqual((info["incidences"], info["theta_max_deg"]), (11, 80))
         self.assertAlmostEqual(sum(info["frames"].values()), 1, 3)
 
     def test_values(self):
