@@ -140,7 +140,7 @@ static int trial_motion(const rbf_fitted *m, const rbf_choice *choice, const rbf
 {
 	uint32_t used[3], count = 0;
 	for (uint32_t n = 0; n < 3; n++)
-		if (t->weight[n] > 1e-6f)
+		if (t->weight[n] > 0)
 			used[count++] = n;
 	for (uint32_t k = 0; k < count; k++) {
 		const rbf_vertex *own = &t->vertex[used[k]];
