@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The Python module, installed with pip from the sources: its answers are rbfquery's, samples weigh what DHR tells, what is
 built is what mkrbf builds, and every refusal is an exception with the library's message."""
+import ctypes
 import glob
 import os
 import subprocess
@@ -71,6 +72,13 @@ class Module(unittest.TestCase):
         info = self.model["satin"].info("tf")
         self.assertEqual((info["incidences"], info["theta_max_deg"]), (11, 80))
         self.assertAlmostEqual(sum(info["frames"].values()), 1, 3)
+
+    def test_layout(self):
+        """What the library fills in is what the module takes it for, to the byte."""
+        from bsdfrbf import _library
+        room = (ctypes.c_ubyte * 4096)(*[0xA5] * 4096)
+        _library.c.get_component_info(self.model["satin"]._pointer, bsdfrbf._component("tf"), ctypes.cast(room, ctypes.POINTER(_library.ComponentInfo)))
+        self.assertEqual(len(bytes(room).rstrip(b"\xa5")), ctypes.sizeof(_library.ComponentInfo))
 
     def test_values(self):
         for name, sign, options in (("satin", -1, ()), ("film", 1, ("-c",))):

@@ -197,12 +197,16 @@ class Model:
         found = _library.ComponentInfo()
         if _c.get_component_info(self._pointer, _component(component), found):
             raise ValueError(f"{component}: not in this model, which has {', '.join(self.components)}")
+        frames = {}
+        for k in range(found.frames): # two learned ones may have one name
+            name = found.frame_name[k].decode()
+            frames[name] = frames.get(name, 0) + found.frame_share[k]
         return {
             "symmetry": found.symmetry_text.decode(), "incidences": found.incidences, "lobes": found.lobes,
             "fit_error": found.fit_error if found.fit_error >= 0 else None,
             "loo_error": found.loo_error if found.loo_error >= 0 else None,
             "theta_max_deg": found.theta_max_deg,
-            "frames": {found.frame_name[k].decode(): found.frame_share[k] for k in range(found.frames)},
+            "frames": frames,
         }
 
     def eval(self, incident, outgoing):
