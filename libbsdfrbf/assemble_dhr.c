@@ -7,7 +7,7 @@
 #include <string.h>
 
 static const double SPACING = 1.6 * RBF_PI / 180; /* of the lattice's nodes */
-enum { STEPS_LEAST = 4, STEPS_MOST = 32, STEPS_ISOTROPIC = 16 };
+enum { STEPS_LEAST = 4, STEPS_MOST = 16 };
 
 /* Even, and the same for the whole mesh, so that what elements share has the same nodes on both sides. */
 static uint32_t steps_of(const rbf_mesh *mesh)
@@ -17,7 +17,7 @@ static uint32_t steps_of(const rbf_mesh *mesh)
 		for (int k = 0; k < 3; k++)
 			sum += (double)rbf_angle(mesh->vertex[mesh->element[e].v[k]].direction, mesh->vertex[mesh->element[e].v[(k + 1) % 3]].direction);
 	if (mesh->symmetry == RBF_ISOTROPIC || !mesh->elements)
-		return STEPS_ISOTROPIC;
+		return STEPS_MOST; /* few */
 	const uint32_t steps = 2 * (uint32_t)ceil(.5 * sum / (3. * mesh->elements) / SPACING);
 	return steps < STEPS_LEAST ? STEPS_LEAST : steps > STEPS_MOST ? STEPS_MOST : steps;
 }

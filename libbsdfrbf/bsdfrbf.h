@@ -333,9 +333,6 @@ typedef struct bsdfrbf_component_info {
 	int frames;              /* number of maps in use */
 	const char *frame_name[8]; /* their names */
 	float frame_share[8];    /* energy share of each */
-	int frame_learned[8];    /* 1: not of the list, but found from the data */
-	float frame_beam[8][2][4]; /* of a learned one: its beam's tangential components at incidence i, e[n] = b[n][0] i_x + b[n][1] i_y
-	                              + b[n][2] i_z + b[n][3]; "learned shift" moves by their change, "learned turn" turns as they do */
 	int residual;            /* 1: residual transport is used */
 	float residual_deg;      /* its energy-weighted mean, degrees */
 	float fit_error;         /* mean relative L1 of the lobe fit against held-out samples, < 0 unknown */
@@ -345,6 +342,9 @@ typedef struct bsdfrbf_component_info {
 	int mirror_x;            /* 1: x -> -x maps the material onto itself */
 	int mirror_y;            /* 1: so does y -> -y */
 	int half_turn;           /* 1: so does half a turn about z */
+	int frame_learned[8];    /* 1: not of the list, but found from the data */
+	float frame_beam[8][2][4]; /* of a learned one: its beam's tangential components at incidence i, e[n] = b[n][0] i_x + b[n][1] i_y
+	                              + b[n][2] i_z + b[n][3]; "learned shift" moves by their change, "learned turn" turns as they do */
 } bsdfrbf_component_info;
 
 /* Fills in the facts. Errors: ARGUMENT (the component is missing). */

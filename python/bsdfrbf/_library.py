@@ -33,10 +33,10 @@ class Samples(ctypes.Structure):
 class ComponentInfo(ctypes.Structure): # as in bsdfrbf.h, field by field: the library fills in all of it
     _fields_ = [("symmetry", c_char), ("symmetry_text", c_char_p), ("incidences", c_int), ("vertices", c_int),
                 ("triangles", c_int), ("edges", c_int), ("lobes", c_uint64), ("frames", c_int),
-                ("frame_name", c_char_p * 8), ("frame_share", c_float * 8), ("frame_learned", c_int * 8),
-                ("frame_beam", c_float * 64), ("residual", c_int), ("residual_deg", c_float),
-                ("fit_error", c_float), ("loo_error", c_float), ("asymmetry", c_float), ("theta_max_deg", c_float),
-                ("mirror_x", c_int), ("mirror_y", c_int), ("half_turn", c_int)]
+                ("frame_name", c_char_p * 8), ("frame_share", c_float * 8), ("residual", c_int),
+                ("residual_deg", c_float), ("fit_error", c_float), ("loo_error", c_float), ("asymmetry", c_float), ("theta_max_deg", c_float),
+                ("mirror_x", c_int), ("mirror_y", c_int), ("half_turn", c_int),
+                ("frame_learned", c_int * 8), ("frame_beam", c_float * 64)]
 
 
 Warn = ctypes.CFUNCTYPE(None, c_void_p, c_char_p)
