@@ -57,7 +57,7 @@ int rbf_assemble_bounds(rbf_component *c)
 			rbf_reach bounds = reach[b], *r = &bounds;
 			r->map = c->frame[f];
 			r->beyond = fmaxf(r->beyond, r->margin);
-			r->margin = rbf_map_margin(r->map, c->linear ? &c->linear[f] : NULL, r->base, r->margin);
+			r->margin = rbf_map_margin(r->map, rbf_frame_linear(c, f), r->base, r->margin);
 			s->mass[0] = s->mass[1] = 0;
 			for (size_t slot = (size_t)s->first * RBF_LANES; slot < (size_t)(s->first + s->blocks) * RBF_LANES; slot++) {
 				const rbf_block *k = &c->block[slot / RBF_LANES];

@@ -18,7 +18,7 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 		site->weight[k] = weight[n];
 		site->shift[k][0] = site->shift[k][1] = NULL;
 		for (uint32_t f = 0; f < c->frames; f++)
-			rbf_warp_set(&site->warp[k][f], c->frame[f], c->linear ? &c->linear[f] : NULL, site->incident, vertex[n].direction);
+			rbf_warp_set(&site->warp[k][f], c->frame[f], rbf_frame_linear(c, f), site->incident, vertex[n].direction);
 	}
 }
 

@@ -86,7 +86,7 @@ size_t bsdfrbf_get_lobes(const bsdfrbf_model *model, bsdfrbf_component component
 	for (uint32_t f = 0; f < c->frames; f++) {
 		const rbf_set *set = rbf_bound_set(c, (size_t)base * c->frames + f);
 		rbf_warp warp;
-		rbf_warp_set(&warp, c->frame[f], c->linear ? &c->linear[f] : NULL, c->mesh.vertex[to].direction, vertex->direction);
+		rbf_warp_set(&warp, c->frame[f], rbf_frame_linear(c, f), c->mesh.vertex[to].direction, vertex->direction);
 		for (uint32_t n = 0; n < set->blocks; n++)
 			for (uint32_t lane = 0; lane < RBF_LANES; lane++) {
 				if (!(c->block[set->first + n].k[lane] > 0))

@@ -68,6 +68,12 @@ static inline int rbf_map_learned(unsigned map)
 	return map >= RBF_MAPS_LISTED && map < RBF_MAPS;
 }
 
+/* Coefficients of a component's frame, NULL where none is learned. */
+static inline const rbf_linear *rbf_frame_linear(const rbf_component *c, uint32_t frame)
+{
+	return c->linear ? &c->linear[frame] : NULL;
+}
+
 static inline const char *rbf_map_name(unsigned map)
 {
 	return map < RBF_MAPS ? rbf_map_get(map)->name : "unknown";

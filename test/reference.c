@@ -32,6 +32,7 @@
 #define rbf_warp_validity double_warp_validity
 #define rbf_warp_bound double_warp_bound
 #define rbf_shift_factor double_shift_factor
+#define rbf_frame_linear double_frame_linear
 #define rbf_map double_map
 #define rbf_map_kind double_map_kind
 #define rbf_map_row double_map_row
@@ -109,7 +110,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 				i[n] = (double)site->incident[n];
 				to[n] = (double)site->warp[k][f].k[n];
 			}
-			double_warp_set(&warp, c->frame[f], c->linear ? &c->linear[f] : NULL, i, to);
+			double_warp_set(&warp, c->frame[f], rbf_frame_linear(c, f), i, to);
 			factor[k] = double_warp_forward(&warp, o, mapped[k]);
 			share[k] = double_warp_validity(&warp, mapped[k][2]);
 			total += (double)site->weight[k] * share[k];
