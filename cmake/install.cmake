@@ -6,6 +6,13 @@ install(TARGETS shared EXPORT bsdfrbf)
 install(FILES libbsdfrbf/bsdfrbf.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
+# To patch a Radiance of one's own and build it with the installed library: README.md, "Your own Radiance".
+file(GLOB PATCH_FILES CONFIGURE_DEPENDS radiance-patch/*.c radiance-patch/*.h)
+list(FILTER PATCH_FILES EXCLUDE REGEX "/loads\\.c$")
+set(PATCH_FOLDER ${CMAKE_INSTALL_DATADIR}/bsdfrbf/radiance-patch)
+install(FILES ${PATCH_FILES} radiance-patch/CMakeLists.txt libbsdfrbf/bsdfrbf.h DESTINATION ${PATCH_FOLDER})
+install(PROGRAMS radiance-patch/patch DESTINATION ${PATCH_FOLDER})
+
 # for pyproject.toml: beside the Python module
 if(SKBUILD)
 	install(FILES $<TARGET_FILE:shared> DESTINATION bsdfrbf RENAME $<TARGET_SONAME_FILE_NAME:shared> COMPONENT python)
