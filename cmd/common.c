@@ -2,6 +2,7 @@
 #include "common.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -18,11 +19,23 @@ static volatile sig_atomic_t caught;
 
 /* ---------------------------------------------------------------- messages */
 
+/* A standard stream that the caller closed must not become the file that is written. What is read or printed there fails, messages
+ * vanish. */
+static void fill_standard_streams(void)
+{
+	static const int mode[3] = {O_WRONLY, O_RDONLY, O_WRONLY};
+	for (int file = 0; file < 3; file++)
+		if (fcntl(file, F_GETFD) < 0 && open("/dev/null", mode[file]) != file)
+			_exit(1);
+}
+
 void cmd_start(const char *argv0)
 {
 	const char *slash = argv0 ? strrchr(argv0, '/') : NULL;
 	if (argv0 && *argv0)
 		program = slash ? slash + 1 : argv0;
+	fill_standard_streams();
+	signal(SIGXFSZ, SIG_IGN); /* a file beyond the shell's limit is an error with a message, as on a full disk */
 }
 
 const char *cmd_name(void)
@@ -72,6 +85,12 @@ static void warn(void *unused, const char *text)
 	fprintf(stderr, "%s: warning - %s\n", program, text);
 }
 
+void cmd_finish_output(void)
+{
+	if (fflush(stdout) || ferror(stdout))
+		cmd_fail("standard output: cannot write");
+}
+
 bsdfrbf_context *cmd_context(void)
 {
 	bsdfrbf_context *context = bsdfrbf_context_new();
@@ -102,11 +121,13 @@ const char *cmd_option(int argc, char **argv, int *at, const char *lead)
 	}
 	if (!strcmp(word, "--help")) {
 		printf("Usage: %s %s\n%sExit status: 0, or 1 after an error. More: man %s\n", program, cmd_usage, cmd_help, program);
-		exit(fflush(stdout) ? 1 : 0);
+		cmd_finish_output();
+		exit(0);
 	}
 	if (!strcmp(word, "--version")) {
 		printf("%s %s\n", program, bsdfrbf_version());
-		exit(fflush(stdout) ? 1 : 0);
+		cmd_finish_output();
+		exit(0);
 	}
 	return word;
 }

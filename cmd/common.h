@@ -6,7 +6,7 @@
 
 #include "bsdfrbf.h"
 
-/* Remembers the name that messages start with. First call of every main(). */
+/* Remembers the name that messages start with, and readies standard streams. First call of every main(). */
 void cmd_start(const char *argv0);
 const char *cmd_name(void);
 
@@ -31,6 +31,9 @@ const char *cmd_value(int argc, char **argv, int *at);
 /* Numbers within [low, high]; anything else exits with a message that names the option. */
 long cmd_integer(const char *option, const char *text, long low, long high);
 double cmd_real(const char *option, const char *text, double low, double high);
+
+/* Exits with a message if what was printed did not all get out. */
+void cmd_finish_output(void);
 
 /* A context whose warnings go to stderr as "name: warning - text". Exits if out of memory. */
 bsdfrbf_context *cmd_context(void);

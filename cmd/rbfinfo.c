@@ -159,7 +159,6 @@ int main(int argc, char **argv)
 		bsdfrbf_close(model);
 	}
 	bsdfrbf_context_free(context);
-	if (fflush(stdout) || ferror(stdout))
-		cmd_fail("standard output: cannot write");
+	cmd_finish_output();
 	return 0;
 }

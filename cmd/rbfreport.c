@@ -120,8 +120,7 @@ int main(int argc, char **argv)
 	page = until(page, "@JS@");
 	fputs(report_js, stdout);
 	fputs(page, stdout);
-	if (fflush(stdout) || ferror(stdout))
-		cmd_fail("standard output: cannot write");
+	cmd_finish_output();
 	bsdfrbf_data_free(data);
 	bsdfrbf_close(model);
 	bsdfrbf_context_free(context);

@@ -118,9 +118,9 @@ int xml_write(bsdfrbf_context *context, const char *file, const bsdfrbf_model *m
 	cmd_progress_clear();
 	if (status == BSDFRBF_ERR_CANCELLED && cmd_interrupted())
 		cmd_end_by_signal();
+	if (!options->path)
+		cmd_finish_output();
 	if (status != BSDFRBF_OK)
 		cmd_fail("%s", bsdfrbf_message(context));
-	if (!options->path && fflush(stdout))
-		cmd_fail("standard output: write error");
 	return 0;
 }
