@@ -42,7 +42,7 @@ done
 if command -v valgrind >/dev/null; then
 	watched() { # COUNT FILE
 		echo -n "under valgrind, $2: "
-		valgrind -q --leak-check=full --errors-for-leak-kinds=definite,indirect,possible --error-exitcode=9 "$loads" "$@"
+		valgrind -q --freelist-vol=200000 --leak-check=full --errors-for-leak-kinds=definite,indirect,possible --error-exitcode=9 "$loads" "$@"
 	}
 	watched 30 rfrbtftb.rbf
 	if [ -n "${LOADS_VALGRIND:-}" ]; then

@@ -132,6 +132,10 @@ class Loops:
         self.radiance = ctypes.CDLL(extension.__file__)  # exports Radiance's SD functions
         self.ours = ctypes.CDLL(library)
         self.ours.bsdfrbf_context_new.restype = ctypes.c_void_p
+        os.environ.setdefault('BSDFRBF_LIBRARY', library)
+        sys.path.append(os.path.join(os.path.dirname(os.path.dirname(HERE)), 'python'))
+        from bsdfrbf._library import ComponentInfo  # the layout of the C structure
+        self.component_info = ComponentInfo
 
     def tree(self, xml):
         """Evaluator of a tensor tree: function of (pairs, answers)."""
@@ -163,19 +167,10 @@ class Loops:
     def info(self, model):
         """Facts of the one component that the model has."""
         for component in range(4):
-            facts = ComponentInfo()
+            facts = self.component_info()
             if not self.ours.bsdfrbf_get_component_info(model, component, ctypes.byref(facts)):
                 return facts
         raise Failed('the model has no component')
-
-
-class ComponentInfo(ctypes.Structure):  # bsdfrbf_component_info of bsdfrbf.h
-    _fields_ = [('symmetry', ctypes.c_char), ('symmetry_text', ctypes.c_char_p), ('incidences', ctypes.c_int),
-                ('vertices', ctypes.c_int), ('triangles', ctypes.c_int), ('edges', ctypes.c_int), ('lobes', ctypes.c_uint64),
-                ('frames', ctypes.c_int), ('frame_name', ctypes.c_char_p * 8), ('frame_share', ctypes.c_float * 8),
-                ('residual', ctypes.c_int), ('residual_deg', ctypes.c_float), ('fit_error', ctypes.c_float),
-                ('loo_error', ctypes.c_float), ('asymmetry', ctypes.c_float), ('theta_max_deg', ctypes.c_float),
-                ('room', ctypes.c_char * 1024)]  # fields that a later version may add
 
 
 def address(array):
