@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The example scenes render: small pictures from few samples, in which what each scene is about is to be seen."""
+"""The example scenes render: small pictures from few samples, in which what each scene is about is to be seen; and the
+daylight example computes."""
 import os
 import subprocess
 import sys
@@ -38,4 +39,12 @@ with tempfile.TemporaryDirectory() as work:
     # the redirecting pane, and the wall below the window
     picture = render("office", work).mean(2)
     assert picture[12:16, 6:18].mean() > picture[20:23, 4:11].mean() + .2, picture.round(2)
+    # the two daylight routes agree under an even sky, and bring sun into the room
+    done = subprocess.run(["bash", os.path.join(SOURCE, "examples", "daylight", "daylight")], capture_output=True, text=True,
+                          env={**os.environ, "EXAMPLE_MEASURING": "-every 3 -samples 200 400", "EXAMPLE_FOLDER": work,
+                               "EXAMPLE_SAMPLES": "1000", "EXAMPLE_PATCHES": "1"})
+    assert done.returncode == 0, done.stdout + done.stderr
+    mean = [float(word) for word in done.stdout.split("mean")[1].split("\n")[0].split()]
+    assert len(mean) == 12 and min(mean[0::3]) > 20, done.stdout
+    assert abs(mean[11] - 1) < .15 and all(.5 < ratio < 2 for ratio in mean[2::3]), done.stdout
 print("the examples render")
