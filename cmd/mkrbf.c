@@ -149,6 +149,8 @@ static void summarize(const bsdfrbf_model *model, const char *path, double secon
 			fprintf(stderr, " + residual %.1f degrees", info.residual_deg);
 		if (info.loo_error >= 0)
 			fprintf(stderr, "; leave-one-out error %.3f", info.loo_error);
+		if (info.expected_error >= 0)
+			fprintf(stderr, "; expected error %.3f", info.expected_error);
 		fputc('\n', stderr);
 		if (info.loo_error > .5)
 			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "

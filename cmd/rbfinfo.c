@@ -28,22 +28,43 @@ static void print_cell(double value)
 		printf(" %9s", "-");
 }
 
+static double theta_of(const float d[3])
+{
+	return DEGREES * atan2(hypot(d[0], d[1]), d[2]);
+}
+
+static double phi_of(const float d[3])
+{
+	const double phi = DEGREES * atan2(d[1], d[0]);
+	return fabs(phi < -5e-3 ? phi + 360 : phi + 0.);
+}
+
 static void print_incidences(const bsdfrbf_model *model, bsdfrbf_component component, int count)
 {
-	printf("    incident directions:\n       theta      phi    lobes       DHR   fit err   loo err\n");
+	printf("    incident directions:\n       theta      phi    lobes       DHR     total   fit err   loo err  expected\n");
 	for (int i = 0; i < count; i++) {
 		bsdfrbf_incidence_info info;
 		if (bsdfrbf_get_incidence_info(model, component, i, &info) != BSDFRBF_OK)
 			continue;
-		const float *d = info.direction;
-		double phi = DEGREES * atan2(d[1], d[0]);
-		phi = phi < -5e-3 ? phi + 360 : phi + 0.;
-		printf("    %8.2f %8.2f %8d", DEGREES * atan2(hypot(d[0], d[1]), d[2]), fabs(phi), info.lobes);
+		printf("    %8.2f %8.2f %8d", theta_of(info.direction), phi_of(info.direction), info.lobes);
 		print_cell(info.dhr);
+		print_cell(info.total);
 		print_cell(info.fit_error);
 		print_cell(info.loo_error);
+		print_cell(info.expected_error);
 		putchar('\n');
 	}
+}
+
+/* How much more light leaves than arrives, where it does. */
+static void print_excess(const bsdfrbf_model *model, bsdfrbf_component component, const bsdfrbf_component_info *info)
+{
+	bsdfrbf_incidence_info worst = {.total = 0}, one;
+	for (int i = 0; i < info->incidences; i++)
+		if (bsdfrbf_get_incidence_info(model, component, i, &one) == BSDFRBF_OK && one.total > worst.total)
+			worst = one;
+	printf("    incidences with more light than arrives: %d; largest total %.4f at theta %.2f phi %.2f\n", info->excess, worst.total,
+		theta_of(worst.direction), phi_of(worst.direction));
 }
 
 static void print_component(const bsdfrbf_model *model, bsdfrbf_component component, int verbose)
@@ -79,8 +100,10 @@ static void print_component(const bsdfrbf_model *model, bsdfrbf_component compon
 		printf("    Lambertian part: X %.4f Y %.4f Z %.4f\n", lambertian[0], lambertian[1], lambertian[2]);
 	else
 		printf("    Lambertian part: %.4f\n", lambertian[0]);
+	print_excess(model, component, &info);
 	print_error("fit error", info.fit_error);
 	print_error("leave-one-out error", info.loo_error);
+	print_error("expected error", info.expected_error);
 	if (verbose)
 		print_incidences(model, component, info.incidences);
 }

@@ -321,6 +321,9 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_write_klems(bsdfrbf_context *context, const b
 
 /* -------------------------------------------------------------------- info */
 
+/* A measured total of reflection and transmission above 1 by less than this is no better known. Nothing is ever scaled. */
+#define BSDFRBF_EXCESS .005f
+
 /* Facts about a component; strings belong to the model. */
 typedef struct bsdfrbf_component_info {
 	char symmetry;           /* 'I', 'Q', 'B', 'U' or 'A' */
@@ -345,6 +348,8 @@ typedef struct bsdfrbf_component_info {
 	int frame_learned[8];    /* 1: not of the list, but found from the data */
 	float frame_beam[8][2][4]; /* of a learned one: its beam's tangential components at incidence i, e[n] = b[n][0] i_x + b[n][1] i_y
 	                              + b[n][2] i_z + b[n][3]; "learned shift" moves by their change, "learned turn" turns as they do */
+	int excess;              /* incidences at which more light leaves than arrives, by BSDFRBF_EXCESS at least */
+	float expected_error;    /* relative L1 to expect between measured incidences, < 0 unknown */
 } bsdfrbf_component_info;
 
 /* Fills in the facts. Errors: ARGUMENT (the component is missing). */
@@ -358,6 +363,8 @@ typedef struct bsdfrbf_incidence_info {
 	float dhr;           /* luminance, from the fit */
 	float fit_error;     /* relative L1 against held-out samples, < 0 unknown */
 	float loo_error;     /* leave-one-incidence-out L1, < 0 unknown */
+	float total;         /* dhr of this component and that of the other one that is lit from the same side, if there is one */
+	float expected_error; /* relative L1 to expect in the triangles around it, < 0 unknown */
 } bsdfrbf_incidence_info;
 
 /* Fills in the facts. Errors: ARGUMENT (no such component or incidence). */

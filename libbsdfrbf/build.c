@@ -5,7 +5,9 @@
 #include "assemble.h"
 #include "asymmetry.h"
 #include "choose.h"
-#include "fit.h"
+#include "difference.h"
+#include "energy.h"
+#include "expect.h"
 #include "sample.h"
 
 #include <omp.h>
@@ -32,6 +34,7 @@ typedef struct job {
 	double *direction;
 	rbf_symmetry_choice symmetry;
 	float *fit_error;
+	float *scatter;         /* error of the fits by expect.h, if they are ours */
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
 	rbf_choice choice;
@@ -52,6 +55,7 @@ static void job_free(job *j)
 	free(j->measured.incidence);
 	free(j->direction);
 	free(j->fit_error);
+	free(j->scatter);
 	free(j->fitted.lobes);
 	rbf_label_release(&j->fitted);
 	rbf_choice_free(&j->choice);
@@ -238,7 +242,8 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	m->symmetry = j->symmetry.symmetry;
 	m->lobes = calloc((size_t)bases + 1, sizeof *m->lobes);
 	j->fit_error = malloc(((size_t)bases + 1) * sizeof *j->fit_error);
-	if (!m->lobes || !j->fit_error)
+	j->scatter = malloc(((size_t)bases + 1) * sizeof *j->scatter);
+	if (!m->lobes || !j->fit_error || !j->scatter)
 		return out_of_memory(context);
 	uint32_t *count = malloc(((size_t)bases + 1) * sizeof *count);
 	int failed = !count;
@@ -258,6 +263,7 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 		failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], channels, &m->lobes[b])
 			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], &unused)) != 0;
 	}
+	failed = failed || (!j->measured.ready && rbf_expect_fit(&j->measured, m, c->lambertian, count, j->scatter));
 	free(count);
 	if (failed)
 		return out_of_memory(context);
@@ -394,6 +400,10 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_comp
 	if (!info)
 		return out_of_memory(context);
 	const uint32_t y = rbf_luminance(m->channels);
+	float *expected = calloc((size_t)m->bases + 1, sizeof *expected);
+	if (!expected)
+		return out_of_memory(context);
+	const bsdfrbf_status status = j->measured.ready ? BSDFRBF_OK : rbf_expect(context, m, j->choice.base_error, j->scatter, expected);
 	for (uint32_t b = 0; b < m->bases; b++) {
 		float value[3];
 		for (int n = 0; n < 3; n++)
@@ -403,12 +413,14 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_comp
 		info[b].dhr = value[y] + c->lambertian[y];
 		info[b].fit_error = j->fit_error[b];
 		info[b].loo_error = j->choice.base_error[b];
+		info[b].expected = expected[b];
 	}
+	free(expected);
 	c->facts.fit_error = j->held_out;
 	c->facts.loo_error = j->choice.error;
 	memcpy(c->facts.frame_share, j->choice.share, sizeof c->facts.frame_share);
 	memcpy(c->facts.symmetry_text, j->symmetry.text, sizeof c->facts.symmetry_text);
-	return BSDFRBF_OK;
+	return status;
 }
 
 static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measured *all, const char *name, int channels,
@@ -462,6 +474,7 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 		RBF_TRY(status);
 		done++;
 	}
+	rbf_energy_warn(context, model);
 	if (data->name)
 		RBF_TRY(bsdfrbf_set_text(context, model, "name", data->name));
 	rbf_progress(context, "done", 1);

@@ -167,7 +167,7 @@ const char *rbf_check_arrays(const rbf_component *c)
 		wrong = check_learned(c);
 	for (uint32_t i = 0; i < c->mesh.bases && !wrong; i++) {
 		const rbf_base_info *info = c->base_info + i;
-		if (!all_finite(info->direction, 3) || !all_finite(&info->dhr, 3))
+		if (!all_finite(info->direction, 3) || !all_finite(&info->dhr, 4))
 			wrong = "incidence";
 	}
 	for (int row = 0; row < RBF_ARRAY_ROWS && !wrong; row++)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Facts about a model, for people and their tools. */
+#include "energy.h"
+#include "expect.h"
 #include "map.h"
-#include "model.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -31,6 +32,8 @@ bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_co
 		return BSDFRBF_ERR_ARGUMENT;
 	const rbf_component *c = model->component + component;
 	memset(info, 0, sizeof *info);
+	info->excess = rbf_energy_excess(model, (int)component, NULL, NULL);
+	info->expected_error = rbf_expected_mean(c);
 	info->symmetry = c->mesh.symmetry == RBF_BILATERAL_X || c->mesh.symmetry == RBF_BILATERAL_Y ? 'B'
 		: (char)c->mesh.symmetry;
 	info->symmetry_text = symmetry_text(c);
@@ -82,6 +85,8 @@ bsdfrbf_status bsdfrbf_get_incidence_info(const bsdfrbf_model *model, bsdfrbf_co
 	info->dhr = base->dhr;
 	info->fit_error = base->fit_error;
 	info->loo_error = base->loo_error;
+	info->expected_error = base->expected > 0 ? base->expected : -1;
+	info->total = rbf_energy_total(model, (int)component, (uint32_t)index);
 	return BSDFRBF_OK;
 }
 

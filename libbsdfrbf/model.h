@@ -54,7 +54,7 @@ typedef struct rbf_base_info {
 	uint32_t lobes;
 	float dhr;          /* luminance */
 	float fit_error, loo_error; /* < 0: unknown */
-	float reserved;
+	float expected;     /* mean relative L1 in the elements around it; 0: unknown */
 } rbf_base_info;
 
 /* Facts that are not needed to evaluate. */

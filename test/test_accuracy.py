@@ -7,6 +7,7 @@ beat. Environment: BUILD_DIR, and SHARED_DIR for the bench materials as well, wh
 """
 import glob
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -36,9 +37,14 @@ class Accuracy(unittest.TestCase):
             with open(folder + '/query.bin', 'rb') as query, open(folder + '/answers.bin', 'wb') as answers:
                 subprocess.run([binary('rbfquery'), '-ff', record], stdin=query, stdout=answers, check=True)
             result = score(folder, folder + '/answers.bin')
+            told = subprocess.run([binary('rbfinfo'), record], check=True, capture_output=True, text=True).stdout
+            result['expected'] = float(re.search(r'expected error: ([0-9.]+)', told)[1])
         print(f'{self.id():60}' + '  '.join(f'{k} {v:.4f}' for k, v in result.items()), file=sys.stderr, flush=True)
         for name, bound in zip(('l1', 'dhr', 'logrmse'), bounds):
             self.assertLessEqual(result[name], bound, name)
+        # an honest error bar
+        self.assertLess(result['expected'], 2 * result['l1'])
+        self.assertGreater(result['expected'], result['l1'] / 2)
 
     def own(self, material, bounds):
         self.judge([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '48', material], bounds)

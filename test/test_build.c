@@ -400,9 +400,63 @@ static void unusable_data(void **state)
 	bsdfrbf_context_free(context);
 }
 
+/* The last warning's text. */
+static char last_warning[400];
+static void keep_warning(void *user, const char *text)
+{
+	(void)user;
+	warned++;
+	snprintf(last_warning, sizeof last_warning, "%s", text);
+}
+
+/* Reflects .9 of everything, and transmits share times |cos(incidence)| of it. */
+static double transmitted;
+static void bright(const double in[3], const double out[3], double xyz[3])
+{
+	xyz[0] = xyz[1] = xyz[2] = (out[2] > 0 ? .9 : transmitted * in[2]) / RBF_PI;
+}
+
+static void excess_of_light(void **state)
+{
+	(void)state;
+	static const plan p = {"bright", 4, 1, {0, 25, 50, 75}, 0, 0, 40};
+	const double share[2] = {.08, .16};           /* in all .98 at most; 1.06 at normal incidence, 1.045, 1.003, .94 */
+	for (int n = 0; n < 2; n++) {
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = fixture_data(context, bright, NULL, 0, 1, &p);
+		bsdfrbf_component_info info;
+		bsdfrbf_incidence_info one;
+		bsdfrbf_model *made = NULL;
+		transmitted = share[n];
+		for (int t = 0; t < p.thetas; t++) {
+			double in[3];
+			polar(p.theta[t], 0, in);
+			fixture_measure(context, data, bright, NULL, 1, 1, in);
+		}
+		warned = 0;
+		bsdfrbf_set_warning(context, keep_warning, NULL);
+		assert_int_equal(bsdfrbf_build(context, data, NULL, &made), BSDFRBF_OK);
+		assert_int_equal(warned, 2 * n); /* as reflection, and as transmission */
+		for (int c = BSDFRBF_RF; c <= BSDFRBF_TF; c += BSDFRBF_TF - BSDFRBF_RF) {
+			assert_int_equal(bsdfrbf_get_component_info(made, (bsdfrbf_component)c, &info), BSDFRBF_OK);
+			assert_int_equal(info.excess, 2 * n);
+			for (int i = 0; i < info.incidences; i++) {
+				assert_int_equal(bsdfrbf_get_incidence_info(made, (bsdfrbf_component)c, i, &one), BSDFRBF_OK);
+				assert_float_equal(one.total, .9 + share[n] * (double)one.direction[2], .003);
+			}
+		}
+		if (n)
+			assert_non_null(strstr(last_warning, "front transmission (tf): reflected and transmitted light together exceeds 1 at 2 of 4 incidences, most at theta 0.0 phi 0.0 (1.06"));
+		bsdfrbf_close(made);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(excess_of_light),
 		cmocka_unit_test(same_bytes_for_any_threads),
 		cmocka_unit_test(values_are_finite),
 		cmocka_unit_test(unusual_plans),

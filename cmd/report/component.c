@@ -75,9 +75,11 @@ static void write_facts(part *p)
 		fprintf(out, "%s{\"name\":\"%s\",\"share\":%.4f}", f ? "," : "", info->frame_name[f], info->frame_share[f]);
 	fprintf(out, "],");
 	number(out, "residualDegrees", info->residual_deg);
+	number(out, "excess", info->excess);
 	number(out, "lambertian", lambertian[p->v.luminance]);
 	number(out, "fitError", info->fit_error);
 	number(out, "leaveOneOut", info->loo_error);
+	number(out, "expected", info->expected_error);
 	number(out, "asymmetry", info->asymmetry);
 	number(out, "thetaMax", info->theta_max_deg);
 }
@@ -214,6 +216,7 @@ static int write_incidences(part *p, size_t words, int *matched)
 		fprintf(p->out, "%s{\"theta\":%.3f,\"phi\":%.3f,\"lobes\":%d,\"samples\":%zu,", n ? "," : "", view_theta(info.direction),
 			view_phi(info.direction), info.lobes, s.count);
 		number(p->out, "dhr", view_dhr(v, info.direction));
+		number(p->out, "total", info.total);
 		number(p->out, "fitError", info.fit_error);
 		number(p->out, "leaveOneOut", info.loo_error);
 		number(p->out, "reciprocity", view_reciprocity(v, info.direction));

@@ -669,31 +669,20 @@ function dhrFigure(component, width) {
 }
 /* Reflectance and transmittance of one incident side must not exceed 1 together. */
 function energyText(component) {
-	const side = component.name[1], other = report.components.find(c => c !== component && c.name[1] === side);
-	const curve = name => report.components.find(c => c.name === name + side);
-	let most = {sum: 0};
-	for (const one of component.incidences) {
-		let sum = one.dhr || 0;
-		if (other) { // the other component's nearest curve
-			const azimuths = other.curves.map(c => c.phi), turned = a => Math.abs(((a - one.phi) % 360 + 540) % 360 - 180);
-			const nearest = other.curves[azimuths.map((a, n) => [turned(a), n]).sort((a, b) => a[0] - b[0])[0][1]];
-			sum += nearest.dhr[Math.min(Math.round(one.theta / 2), nearest.dhr.length - 1)];
-		}
-		if (sum > most.sum)
-			most = {sum, one};
-	}
-	if (!most.one)
+	const most = component.incidences.reduce((a, b) => b.total > a.total ? b : a, component.incidences[0]);
+	if (!most || most.total === null)
 		return null;
-	const what = other ? "Reflectance and transmittance together reach" : "DHR reaches";
-	return {text: `${what} ${show(most.sum)} at ${pair(most.one.theta, most.one.phi)}` + (most.sum > 1.005 ? ": more than all the light. The measurement's scale should be checked." : "."),
-		bad: most.sum > 1.005};
+	const other = report.components.some(c => c !== component && c.name[1] === component.name[1]);
+	const what = other ? "Reflectance and transmittance together reach" : "DHR reaches", where = `${show(most.total)} at ${pair(most.theta, most.phi)}`;
+	return {text: `${what} ${where}` + (component.excess ? `: more light than arrives, at ${component.excess} of ${component.incidences.length} incidences. The measurement's scale should be checked.` : "."),
+		bad: component.excess > 0};
 }
 
 function incidenceTable(component) {
-	const table = element("table", {}, element("thead", {}, element("tr", {}, ...["θ", "φ", "samples", "lobes", "DHR", "peak, sr⁻¹", "peak θ", "peak φ", "fit error", "leave-one-out", "reciprocity"]
+	const table = element("table", {}, element("thead", {}, element("tr", {}, ...["θ", "φ", "samples", "lobes", "DHR", "total", "peak, sr⁻¹", "peak θ", "peak φ", "fit error", "leave-one-out", "reciprocity"]
 		.map(text => element("th", {scope: "col"}, text))))), body = element("tbody");
 	for (const one of component.incidences)
-		body.append(element("tr", {}, ...[one.theta.toFixed(2), one.phi.toFixed(2), one.samples || "–", one.lobes, show(one.dhr, 4), show(one.peak[0], 4), one.peak[1].toFixed(2), one.peak[2].toFixed(2),
+		body.append(element("tr", {}, ...[one.theta.toFixed(2), one.phi.toFixed(2), one.samples || "–", one.lobes, show(one.dhr, 4), show(one.total, 4), show(one.peak[0], 4), one.peak[1].toFixed(2), one.peak[2].toFixed(2),
 			show(one.fitError), show(one.leaveOneOut), show(one.reciprocity)].map(text => element("td", {}, String(text)))));
 	table.append(body);
 	return element("details", {}, element("summary", {}, `Table of the ${component.incidences.length} incidences`), table);
@@ -709,6 +698,7 @@ function summary(component) {
 	const frames = component.frames.map(f => `${f.name} ${percent(f.share)}`).join(", ");
 	const facts = [["Incidences", component.incidences.length, `to θ ${angle(component.thetaMax)}`], ["Lobes", component.lobes, `${Math.round(component.lobes / component.incidences.length)} each`],
 		["Fit error", show(component.fitError), "held-out samples"], ["Leave-one-out", show(component.leaveOneOut), "left-out incidences"],
+		["Expected error", show(component.expected), "between measured incidences"],
 		["Reciprocity", show(mean("reciprocity")), mean("reciprocity") === null ? "other side not measured" : "mean difference"],
 		["Asymmetry", show(component.asymmetry), component.asymmetry === null ? "cannot be told" : "against the symmetry"],
 		["Lambertian part", show(component.lambertian), "reflectance or transmittance"]];

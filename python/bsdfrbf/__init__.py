@@ -192,7 +192,7 @@ class Model:
 
     def info(self, component):
         """Facts about a component, as rbfinfo(1) tells them: a dict with symmetry, incidences, lobes, fit_error, loo_error
-        (leave-one-incidence-out; both relative L1, None if unknown), theta_max_deg, and frames, a dict from each frame's name
+        (leave-one-incidence-out), expected_error (between measured incidences; all relative L1, None if unknown), theta_max_deg, and frames, a dict from each frame's name
         to its share of the energy."""
         found = _library.ComponentInfo()
         if _c.get_component_info(self._pointer, _component(component), found):
@@ -205,6 +205,7 @@ class Model:
             "symmetry": found.symmetry_text.decode(), "incidences": found.incidences, "lobes": found.lobes,
             "fit_error": found.fit_error if found.fit_error >= 0 else None,
             "loo_error": found.loo_error if found.loo_error >= 0 else None,
+            "expected_error": found.expected_error if found.expected_error >= 0 else None,
             "theta_max_deg": found.theta_max_deg,
             "frames": frames,
         }

@@ -98,7 +98,7 @@ class Comparison:
         row['bytes'] = os.path.getsize(record)
         model, one, many = self.loops.rbf(record)
         info, channels = self.loops.info(model), self.loops.ours.bsdfrbf_channels(model)
-        row['lobes'], row['predicted_l1'] = info.lobes // max(info.incidences, 1), info.loo_error
+        row['lobes'], row['predicted_l1'] = info.lobes // max(info.incidences, 1), info.expected_error
         answers = os.path.join(folder, 'ours.bin')
         stock.run([binary('rbfquery'), '-ff', *(['-c'] if channels == 3 else []), record],
                   stdin=os.path.join(folder, 'query.bin'), stdout=answers)

@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How far two exitant distributions are apart. */
+#ifndef RBF_DIFFERENCE_H
+#define RBF_DIFFERENCE_H
+#include "lobes.h"
+
+/* Integral of |a - b'| over the hemisphere, b' the image of b under a mirror operation, over half that of a + b'; luminance. lambertian:
+ * luminance of the Lambertian part that both share (it counts in the denominator). 0 if both are empty. */
+float rbf_difference(const rbf_lobes *a, const rbf_lobes *b, unsigned op, float lambertian);
+#endif

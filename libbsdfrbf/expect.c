@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * An incidence that was left out is predicted with three errors, taken as independent: that of its own fit, which it is judged by, that of
+ * the corners' fits, averaged by their weights w, and that of the interpolation. Linear interpolation of what is smooth errs by
+ * sum over pairs of corners w_i w_j |e_ij|^2 times half the second derivative along e_ij, which gives the latter from the
+ * geometry, and then the error of any other triangle of the neighbourhood, whose mean over the triangle has w_i w_j = 1/12 (1/6 on a
+ * segment). The fits' errors average there with sum w^2 = 1/2 (2/3). Leaving an incidence out tells of the direction across the gap; of the one
+ * along it nothing is known, and half as much is taken.
+ */
+#include "expect.h"
+#include "bounds.h"
+#include "difference.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { TRIALS = 8 };
+
+typedef struct place { double z; uint32_t base; } place;
+
+static int by_theta(const void *a, const void *b)
+{
+	const place *x = a, *y = b;
+	return x->z != y->z ? (x->z > y->z ? -1 : 1) : x->base < y->base ? -1 : x->base > y->base;
+}
+
+int rbf_expect_fit(const rbf_measured *measured, const rbf_fitted *m, const float lambertian[3], const uint32_t *count, float *fit)
+{
+	const int64_t bases = m->bases, trials = (bases + 2) / 3 < TRIALS ? (bases + 2) / 3 : TRIALS;
+	const float floor = lambertian[rbf_luminance(m->channels)];
+	float error[TRIALS];
+	int64_t at[TRIALS];
+	place *order = malloc(((size_t)bases + 1) * sizeof *order);
+	if (!order)
+		return -1;
+	for (int64_t b = 0; b < bases; b++)
+		order[b] = (place){m->direction[3*b + 2], (uint32_t)b};
+	qsort(order, (size_t)bases, sizeof *order, by_theta);
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t t = 0; t < trials; t++) {
+		at[t] = (2*t + 1) * bases / (2*trials);
+		const uint32_t b = order[at[t]].base;
+		rbf_lobes half;
+		float unused;
+		if (rbf_fit(&measured->incidence[b], (int)m->channels, lambertian, count[b], 2, &half, &unused)) {
+			failed = 1;
+			continue;
+		}
+		error[t] = rbf_difference(&m->lobes[b], &half, RBF_OP_NONE, floor);
+		rbf_lobes_free(&half);
+	}
+	for (int64_t b = 0, t = 0; b < bases && !failed; b++) {
+		while (t < trials && at[t] < b)
+			t++;
+		const int64_t next = t < trials ? t : trials - 1, last = t > 0 ? t - 1 : 0;
+		const double from = order[at[last]].z, to = order[at[next]].z, z = order[b].z;
+		const double share = from > to ? fmin(fmax((from - z) / (from - to), 0), 1) : 1;
+		fit[order[b].base] = (float)((1 - share) * (double)error[last] + share * (double)error[next]);
+	}
+	free(order);
+	return failed ? -1 : 0;
+}
+
+/* |e|^2 with what is across the direction u by half. */
+static double span(const float a[3], const float b[3], const float u[3])
+{
+	const float e[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+	const double along = (double)rbf_dot(e, u);
+	return .5 * ((double)rbf_dot(e, e) + along * along);
+}
+
+/* What leaving out one incidence told. */
+typedef struct lesson {
+	double bend;  /* interpolation error over span; < 0: unknown */
+	float u[3];   /* unit vector across the gap, in the base's coordinates */
+} lesson;
+
+static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint32_t base, float left_out, float *fit, lesson *l)
+{
+	rbf_mesh mesh;
+	float in[3], weight[3], most = 0;
+	uint32_t corner[3];
+	for (int n = 0; n < 3; n++)
+		in[n] = (float)m->direction[3*base + (uint32_t)n];
+	if (m->symmetry == RBF_ISOTROPIC) {
+		in[0] = hypotf(in[0], in[1]);
+		in[1] = 0;
+	}
+	const unsigned op = (unsigned)rbf_symmetry_fold(m->symmetry, in);
+	rbf_mirror(op, in, in);
+	RBF_TRY(rbf_mesh_build(context, m->symmetry, m->bases, m->direction, base, &mesh));
+	const uint32_t item = rbf_mesh_locate(&mesh, in, corner, weight);
+	double squares = 0, whole = 0;
+	const float *at[3];
+	for (int i = 0; i < 3; i++)
+		at[i] = mesh.vertex[corner[i]].direction;
+	for (int i = 0; i < 3; i++) {
+		squares += (double)(weight[i] * weight[i]);
+		for (int k = 0; k < i; k++) {
+			float e[3] = {at[i][0] - at[k][0], at[i][1] - at[k][1], at[i][2] - at[k][2]};
+			const float part = weight[i] * weight[k] * rbf_dot(e, e);
+			if (!(part > most))
+				continue;
+			most = part;
+			rbf_normalize(e);
+			memcpy(l->u, e, sizeof e);
+		}
+	}
+	for (int i = 0; i < 3; i++)
+		for (int k = 0; k < i; k++)
+			whole += (double)(weight[i] * weight[k]) * span(at[i], at[k], l->u);
+	rbf_mirror(op, l->u, l->u);
+	rbf_mesh_free(&mesh);
+	/* the fits cannot err by more than all there is */
+	*fit = fminf(*fit, left_out / (float)sqrt(1 + squares));
+	const double rest = (double)(left_out * left_out) - (double)(*fit * *fit) * (1 + squares);
+	if (!(item & RBF_MESH_BORDER) && whole > 0)
+		l->bend = sqrt(fmax(rest, 0)) / whole;
+	return BSDFRBF_OK;
+}
+
+/* Solid angle of an element, or of the ring that a segment stands for, up to a common factor. */
+static double element_area(const rbf_mesh *mesh, const rbf_element *e)
+{
+	const float *a = mesh->vertex[rbf_bound_vertex(mesh, e->v[0])].direction, *b = mesh->vertex[rbf_bound_vertex(mesh, e->v[1])].direction;
+	const float *c = mesh->vertex[rbf_bound_vertex(mesh, e->v[2])].direction;
+	if (mesh->symmetry == RBF_ISOTROPIC)
+		return fabs((double)a[2] - (double)b[2]);
+	const double p[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, q[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+	const double x = p[1]*q[2] - p[2]*q[1], y = p[2]*q[0] - p[0]*q[2], z = p[0]*q[1] - p[1]*q[0];
+	return .5 * sqrt(x*x + y*y + z*z);
+}
+
+/* Bend times span, as one corner tells it. */
+static double as_told(const rbf_mesh *mesh, const rbf_element *e, const rbf_vertex *by, const lesson *l)
+{
+	const int chain = mesh->symmetry == RBF_ISOTROPIC;
+	float u[3];
+	double sum = 0;
+	rbf_mirror(by->op, l->u, u);
+	for (int i = 0; i < 3; i++)
+		for (int k = 0; k < i; k++)
+			if (!chain || (i == 1 && k == 0))
+				sum += span(mesh->vertex[e->v[i]].direction, mesh->vertex[e->v[k]].direction, u) / (chain ? 6 : 12);
+	return l->bend * sum;
+}
+
+static double element_error(const rbf_mesh *mesh, const rbf_element *e, const lesson *known, const float *fit, double usual)
+{
+	const int chain = mesh->symmetry == RBF_ISOTROPIC, corners = chain ? 2 : 3;
+	double bend = 0, own = 0;
+	int told = 0;
+	for (int i = 0; i < corners; i++) {
+		const rbf_vertex *v = &mesh->vertex[e->v[i]];
+		own += (double)fit[v->base] / corners;
+		if (known[v->base].bend < 0)
+			continue;
+		bend += as_told(mesh, e, v, &known[v->base]);
+		told++;
+	}
+	if (told)
+		bend /= told;
+	else { /* as elsewhere on average, along the first side */
+		const float *a = mesh->vertex[e->v[0]].direction, *b = mesh->vertex[e->v[1]].direction;
+		lesson side = {usual, {b[0] - a[0], b[1] - a[1], b[2] - a[2]}};
+		rbf_normalize(side.u);
+		bend = as_told(mesh, e, &(rbf_vertex){.op = RBF_OP_NONE}, &side);
+	}
+	return sqrt(bend * bend + own * own * (chain ? 2. / 3 : .5));
+}
+
+bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const float *left_out, const float *fit, float *expected)
+{
+	lesson *known = calloc((size_t)m->bases + 1, sizeof *known);
+	double usual = 0;
+	double *area = calloc((size_t)m->bases + 1, sizeof *area);
+	float *own = malloc(((size_t)m->bases + 1) * sizeof *own);
+	bsdfrbf_status status = known && area && own ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	uint32_t told = 0;
+	for (uint32_t b = 0; b < m->bases; b++)
+		expected[b] = 0;
+	for (uint32_t b = 0; b < m->bases && status == BSDFRBF_OK; b++) {
+		own[b] = fit[b];
+		known[b].bend = -1;
+		if (left_out[b] >= 0)
+			status = learn(context, m, b, left_out[b], &own[b], &known[b]);
+		if (known[b].bend < 0)
+			continue;
+		usual += known[b].bend;
+		told++;
+	}
+	for (uint32_t n = 0; n < m->mesh.elements && told && status == BSDFRBF_OK; n++) {
+		const rbf_element *e = &m->mesh.element[n];
+		const double size = element_area(&m->mesh, e), error = element_error(&m->mesh, e, known, own, usual / told);
+		for (int i = 0; i < (m->symmetry == RBF_ISOTROPIC ? 2 : 3); i++) {
+			const uint32_t b = m->mesh.vertex[e->v[i]].base;
+			expected[b] += (float)(size * error);
+			area[b] += size;
+		}
+	}
+	for (uint32_t b = 0; b < m->bases && told && status == BSDFRBF_OK; b++)
+		expected[b] = area[b] > 0 ? expected[b] / (float)area[b] : 0;
+	free(known);
+	free(area);
+	free(own);
+	return status;
+}
+
+float rbf_expected_mean(const rbf_component *c)
+{
+	double sum = 0, area = 0;
+	for (uint32_t n = 0; n < c->mesh.elements; n++) {
+		const rbf_element *e = &c->mesh.element[n];
+		const int corners = c->mesh.symmetry == RBF_ISOTROPIC ? 2 : 3;
+		const double size = element_area(&c->mesh, e);
+		for (int i = 0; i < corners; i++) {
+			const float expected = c->base_info[rbf_bound_base(c, &c->mesh.vertex[rbf_bound_vertex(&c->mesh, e->v[i])])].expected;
+			if (!(expected > 0))
+				continue;
+			sum += size * (double)expected;
+			area += size;
+		}
+	}
+	return area > 0 ? (float)(sum / area) : -1;
+}
