@@ -14,6 +14,7 @@ static const float SCREEN_LOSS = 1.06f;
 static const float ENOUGH = 1.25f; /* times the error of the fits: no better frame is looked for */
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
+static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
 
 /* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
 typedef struct trial {
@@ -303,7 +304,7 @@ static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best,
 	next.frame[others->frames] = m->candidates - 1;
 	if (contest(b, &round, next, NULL))
 		return -1;
-	if (round.error < GAIN * best->error) {
+	if (round.error < LEARNED_GAIN * best->error) {
 		rbf_choice_free(best);
 		*best = round;
 	} else

@@ -36,6 +36,8 @@ typedef struct work {
 	uint32_t lobes;
 	float (*centre)[3];
 	float *kappa;
+	double squares[3];        /* weighted, of y */
+	double count;             /* samples that count */
 	double *gram, *right, *amplitude; /* normal equations and their solution, the latter two by channel */
 } work;
 
@@ -281,11 +283,11 @@ static int equations(work *k, int channels)
 	uint32_t *list = malloc((m + 1) * sizeof *list);
 	float *value = malloc((m + 1) * GROUP * sizeof *value), *tile = malloc((m + 1) * sizeof *tile);
 	free(k->gram);
-	free(k->amplitude);
 	free(k->right);
 	k->gram = calloc(m * m + 1, sizeof *k->gram);
-	k->amplitude = malloc((m * (size_t)channels + 1) * sizeof *k->amplitude);
 	k->right = calloc(m * (size_t)channels + 1, sizeof *k->right);
+	if (!k->amplitude)
+		k->amplitude = calloc(m * (size_t)channels + 1, sizeof *k->amplitude);
 	if (!list || !value || !tile || !k->gram || !k->amplitude || !k->right) {
 		free(list);
 		free(value);
@@ -295,6 +297,9 @@ static int equations(work *k, int channels)
 	float top = 0;
 	for (size_t i = 0; i < k->n; i++)
 		top = fmaxf(top, k->smooth[i]);
+	k->count = 0;
+	for (int c = 0; c < channels; c++)
+		k->squares[c] = 0;
 	for (size_t from = 0; from < k->n; from += GROUP) {
 		const size_t size = k->n - from < GROUP ? k->n - from : GROUP;
 		float middle[3] = {0, 0, 0}, radius = 0, weight[GROUP];
@@ -324,6 +329,9 @@ static int equations(work *k, int channels)
 				const float e = .5f * k->kappa[list[p]] * (x*x + y*y + z*z);
 				row[p] = e < 30 ? expf(-e) : 0;
 			}
+			k->count += weight[s] > 0;
+			for (int c = 0; c < channels; c++)
+				k->squares[c] += (double)(weight[s] * k->y[c][from + s] * k->y[c][from + s]);
 			for (int c = 0; c < channels; c++)
 				for (size_t p = 0; p < near; p++)
 					k->right[(size_t)c * m + list[p]] += (double)(weight[s] * row[p] * k->y[c][from + s]);
@@ -419,7 +427,7 @@ static int solve(work *k, int channels, rbf_lobes *out)
 	if (equations(k, channels))
 		return -1;
 	for (int c = 0; c < channels; c++)
-		if (rbf_nonnegative_solve(k->lobes, k->gram, k->right + (size_t)c * k->lobes, k->amplitude + (size_t)c * k->lobes))
+		if (rbf_nonnegative_solve(k->lobes, k->gram, k->right + (size_t)c * k->lobes, k->squares[c], k->count, k->amplitude + (size_t)c * k->lobes))
 			return -1;
 	return rbf_arrange(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, channels, out);
 }

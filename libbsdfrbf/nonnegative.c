@@ -19,6 +19,8 @@
 
 enum { PANEL = 8, WARM = 20, EXCHANGES = 60, PATIENCE = 3, FINISH = 400, STEPS = 40 };
 static const double WORK = 2e9; /* m^3 a step */
+static const double EXACT = 1e-10;       /* a gradient that is rounding, of the largest */
+static const double INSIGNIFICANT = .02; /* of the noise's variance: what a variable must lower the objective's double by */
 
 /* Coordinate descent: x and the gradient Gx - b are kept together. */
 CLONES static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
@@ -101,6 +103,8 @@ static int cholesky_solve(size_t n, double *a, double *x)
 typedef struct pivoting {
 	size_t m, free;
 	const double *gram, *right;
+	double squares, count; /* of what is fitted */
+	double least;          /* gradients over the root of the diagonal count from here */
 	double *x, *gradient, *matrix, *part;
 	size_t *index;      /* the free ones */
 	unsigned char *in;  /* 1: free, may be positive */
@@ -122,8 +126,14 @@ static int solve_free(pivoting *p)
 	if (cholesky_solve(p->free, p->matrix, p->part))
 		return -1;
 	memset(p->x, 0, p->m * sizeof *p->x);
-	for (size_t j = 0; j < p->m; j++)
+	double scale = 0, rest = p->squares;
+	for (size_t j = 0; j < p->m; j++) {
 		p->gradient[j] = -p->right[j];
+		scale = fmax(scale, fabs(p->right[j]) / sqrt(p->gram[j * p->m + j]));
+	}
+	for (size_t r = 0; r < p->free; r++)
+		rest -= p->part[r] * p->right[p->index[r]];
+	p->least = fmax(EXACT * scale, sqrt(INSIGNIFICANT * fmax(rest, 0) / fmax(p->count - (double)p->free, 1)));
 	for (size_t r = 0; r < p->free; r++) {
 		const double *restrict row = p->gram + p->index[r] * p->m;
 		double *restrict g = p->gradient;
@@ -136,9 +146,6 @@ static int solve_free(pivoting *p)
 
 static int optimal(pivoting *p)
 {
-	double scale = 0;
-	for (size_t j = 0; j < p->m; j++)
-		scale = fmax(scale, fabs(p->right[j]) / sqrt(p->gram[j * p->m + j]));
 	size_t fewest = p->m + 1;
 	int patience = PATIENCE;
 	for (int exchange = 0; exchange < EXCHANGES; exchange++) {
@@ -147,7 +154,7 @@ static int optimal(pivoting *p)
 		size_t wrong = 0, last = 0;
 		for (size_t j = 0; j < p->m; j++) {
 			const double root = sqrt(p->gram[j * p->m + j]);
-			if (p->in[j] ? p->x[j] < 0 : p->gradient[j] < -1e-10 * scale * root) {
+			if (p->in[j] ? p->x[j] < 0 : p->gradient[j] < -p->least * root) {
 				wrong++;
 				last = j;
 			}
@@ -163,7 +170,7 @@ static int optimal(pivoting *p)
 		}
 		for (size_t j = 0; j < p->m; j++) {
 			const double root = sqrt(p->gram[j * p->m + j]);
-			if (p->in[j] ? p->x[j] < 0 : p->gradient[j] < -1e-10 * scale * root)
+			if (p->in[j] ? p->x[j] < 0 : p->gradient[j] < -p->least * root)
 				p->in[j] ^= 1;
 		}
 	}
@@ -173,13 +180,11 @@ static int optimal(pivoting *p)
 /* Lawson and Hanson, Solving Least Squares Problems, 1974, ch. 23: slower, but every step lowers the objective. Starts from p->x. */
 static int active_set(pivoting *p)
 {
-	double *old = malloc((p->m + 1) * sizeof *old), scale = 0;
+	double *old = malloc((p->m + 1) * sizeof *old);
 	if (!old)
 		return -1;
-	for (size_t j = 0; j < p->m; j++) {
+	for (size_t j = 0; j < p->m; j++)
 		p->in[j] = p->x[j] > 0;
-		scale = fmax(scale, fabs(p->right[j]) / sqrt(p->gram[j * p->m + j]));
-	}
 	/* Small problems are finished; for large ones, whose last steps change the sum of the lobes by nothing that can be seen, the
 	 * work is bounded. */
 	const double m = (double)p->m + 1, most = fmin(3*m + 100, fmax(STEPS, WORK / (m*m*m)));
@@ -206,7 +211,7 @@ static int active_set(pivoting *p)
 			p->x[at] = 0;
 			continue;
 		}
-		double least = -1e-10 * scale;
+		double least = -p->least;
 		for (size_t j = 0; j < p->m; j++) {
 			const double g = p->gradient[j] / sqrt(p->gram[j * p->m + j]);
 			if (!p->in[j] && g < least) {
@@ -222,9 +227,9 @@ static int active_set(pivoting *p)
 	return 0;
 }
 
-int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, double *x)
+int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, double squares, double count, double *x)
 {
-	pivoting p = {.m = m, .gram = gram, .right = right, .x = x};
+	pivoting p = {.m = m, .gram = gram, .right = right, .squares = squares, .count = count, .x = x};
 	p.gradient = malloc((m + 1) * sizeof *p.gradient);
 	p.matrix = malloc((m * m + 1) * sizeof *p.matrix);
 	p.part = malloc((m + 1) * sizeof *p.part);
@@ -232,11 +237,13 @@ int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, dou
 	p.in = malloc(m + 1);
 	int failed = !p.gradient || !p.matrix || !p.part || !p.index || !p.in;
 	if (!failed) {
+		int started = 0;
 		for (size_t j = 0; j < m; j++) {
-			x[j] = 0;
+			started |= x[j] > 0;
 			p.gradient[j] = -right[j];
 		}
-		descend(m, gram, x, p.gradient, WARM);
+		if (!started)
+			descend(m, gram, x, p.gradient, WARM);
 		for (size_t j = 0; j < m; j++)
 			p.in[j] = x[j] > 0;
 		if (!optimal(&p)) { /* rounding, or too many exchanges: on from what there is */

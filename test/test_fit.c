@@ -39,7 +39,7 @@ static void optimality(void **state)
 			gram[i * m + i] *= 1 + (round % 2 ? 1e-5 : 1e-3);
 			scale = fmax(scale, fabs(right[i]));
 		}
-		assert_int_equal(rbf_nonnegative_solve(m, gram, right, x), 0);
+		assert_int_equal(rbf_nonnegative_solve(m, gram, right, 0, 0, x), 0);
 		for (size_t i = 0; i < m; i++) {
 			double gradient = -right[i];
 			for (size_t j = 0; j < m; j++)
@@ -54,8 +54,8 @@ static void optimality(void **state)
 		free(x);
 	}
 	double one = 3, none[1] = {-2}, x[1];
-	assert_int_equal(rbf_nonnegative_solve(0, NULL, NULL, NULL), 0);
-	assert_int_equal(rbf_nonnegative_solve(1, &one, none, x), 0);
+	assert_int_equal(rbf_nonnegative_solve(0, NULL, NULL, 0, 0, NULL), 0);
+	assert_int_equal(rbf_nonnegative_solve(1, &one, none, 0, 0, x), 0);
 	assert_true(x[0] == 0);
 }
 
