@@ -16,6 +16,8 @@ static int bar_length;        /* 0: no bar */
 static double bar_started, bar_last; /* seconds */
 static char bar_shown[512];   /* what stands on the terminal, "" if nothing */
 static volatile sig_atomic_t caught;
+static int hidden;            /* another process shows what this one would */
+static int (*tells_failure)(void);
 
 /* ---------------------------------------------------------------- messages */
 
@@ -43,8 +45,21 @@ const char *cmd_name(void)
 	return program;
 }
 
+void cmd_share_output(int shows, int (*tells)(void))
+{
+	hidden = !shows;
+	tells_failure = tells;
+}
+
+int cmd_shows(void)
+{
+	return !hidden;
+}
+
 static void say(const char *kind, const char *format, va_list arguments)
 {
+	if (hidden)
+		return;
 	cmd_progress_clear();
 	fprintf(stderr, "%s: %s", program, kind);
 	vfprintf(stderr, format, arguments);
@@ -59,9 +74,17 @@ void cmd_say(const char *format, ...)
 	va_end(arguments);
 }
 
+/* Whether this process tells of a failure, its own. */
+static void before_failure(void)
+{
+	if (tells_failure)
+		hidden = !tells_failure();
+}
+
 void cmd_fail(const char *format, ...)
 {
 	va_list arguments;
+	before_failure();
 	va_start(arguments, format);
 	say("", format, arguments);
 	va_end(arguments);
@@ -71,16 +94,20 @@ void cmd_fail(const char *format, ...)
 void cmd_misuse(const char *format, ...)
 {
 	va_list arguments;
+	before_failure();
 	va_start(arguments, format);
 	say("", format, arguments);
 	va_end(arguments);
-	fprintf(stderr, "Usage: %s %s\n", program, cmd_usage);
+	if (!hidden)
+		fprintf(stderr, "Usage: %s %s\n", program, cmd_usage);
 	exit(1);
 }
 
 static void warn(void *unused, const char *text)
 {
 	(void)unused;
+	if (hidden)
+		return;
 	cmd_progress_clear();
 	fprintf(stderr, "%s: warning - %s\n", program, text);
 }
@@ -120,12 +147,14 @@ const char *cmd_option(int argc, char **argv, int *at, const char *lead)
 		return NULL;
 	}
 	if (!strcmp(word, "--help")) {
-		printf("Usage: %s %s\n%sExit status: 0, or 1 after an error. More: man %s\n", program, cmd_usage, cmd_help, program);
+		if (!hidden)
+			printf("Usage: %s %s\n%sExit status: 0, or 1 after an error. More: man %s\n", program, cmd_usage, cmd_help, program);
 		cmd_finish_output();
 		exit(0);
 	}
 	if (!strcmp(word, "--version")) {
-		printf("%s %s\n", program, bsdfrbf_version());
+		if (!hidden)
+			printf("%s %s\n", program, bsdfrbf_version());
 		cmd_finish_output();
 		exit(0);
 	}
@@ -213,7 +242,7 @@ static int show(void *unused, const char *stage, double done)
 
 void cmd_progress(bsdfrbf_context *context, int length)
 {
-	bar_length = length > 400 ? 400 : length;
+	bar_length = hidden ? 0 : length > 400 ? 400 : length;
 	bar_started = seconds();
 	bsdfrbf_set_progress(context, show, NULL);
 }

@@ -14,6 +14,11 @@ const char *cmd_name(void);
 void cmd_say(const char *format, ...) __attribute__((format(printf, 1, 2)));
 _Noreturn void cmd_fail(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* For one of several processes that work together: whether it shows messages, and a function that is called before it exits because
+ * of an error, and answers whether it is the one to tell. */
+void cmd_share_output(int shows, int (*tells)(void));
+int cmd_shows(void);
+
 /* A mistake in the options: message and usage, exit 1. */
 _Noreturn void cmd_misuse(const char *format, ...) __attribute__((format(printf, 1, 2)));
 

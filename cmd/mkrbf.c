@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* mkrbf: measurement files in, recorded interpolant out. Options -n, -s, -t, -g mean what they mean in pabopto2bsdf(1). */
 #include "common.h"
+#include "mpi/ranks.h"
 
 #include <ctype.h>
 #include <libgen.h>
@@ -183,6 +184,7 @@ int main(int argc, char **argv)
 	options o = {.bar = -1};
 	cmd_start(argv[0]);
 	bsdfrbf_build_defaults(&o.build);
+	o.build.team = ranks_start();
 	const int at = read_options(argc, argv, &o), files = argc - at;
 	if (files < 1)
 		cmd_misuse("no measurement files");
@@ -208,16 +210,19 @@ int main(int argc, char **argv)
 
 	bsdfrbf_model *model = NULL;
 	expect(context, bsdfrbf_build(context, data, &o.build, &model));
-	record_options(context, model, &o);
-	record_sources(context, model, files, argv + at);
-	cmd_catch_signals(); /* from here on there is a temporary file to remove; before, a signal may end the program at once */
-	if (bsdfrbf_save(context, model, o.output) != BSDFRBF_OK)
-		expect(context, BSDFRBF_ERR_IO); /* a signal that came once the file is whole is too late */
-	cmd_progress_clear();
-	if (!o.quiet)
-		summarize(model, o.output, now() - start);
+	if (cmd_shows()) {
+		record_options(context, model, &o);
+		record_sources(context, model, files, argv + at);
+		cmd_catch_signals(); /* from here on there is a temporary file to remove; before, a signal may end the program at once */
+		if (bsdfrbf_save(context, model, o.output) != BSDFRBF_OK)
+			expect(context, BSDFRBF_ERR_IO); /* a signal that came once the file is whole is too late */
+		cmd_progress_clear();
+		if (!o.quiet)
+			summarize(model, o.output, now() - start);
+	}
+	const int failed = ranks_end();
 	bsdfrbf_close(model);
 	bsdfrbf_data_free(data);
 	bsdfrbf_context_free(context);
-	return 0;
+	return failed;
 }

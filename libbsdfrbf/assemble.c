@@ -256,7 +256,7 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 	}
 }
 
-int rbf_assemble_cull(rbf_component *c, float reach)
+int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 {
 	const size_t cells = RBF_CULL_GRID * RBF_CULL_GRID;
 	uint64_t *cull = malloc((c->sets * cells + 1) * sizeof *cull);
@@ -267,9 +267,9 @@ int rbf_assemble_cull(rbf_component *c, float reach)
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t s = 0; s < (int64_t)c->sets; s++) {
 		float bound[64];
-		for (int cell = 0; cell < (int)cells; cell++)
+		for (int cell = 0; cell < (int)cells && rbf_team_mine(team, (uint64_t)s); cell++)
 			cull_cell(c, &c->set[s], cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &cull[(size_t)s * cells + (size_t)cell]);
 	}
 	c->cull = cull;
-	return 0;
+	return rbf_team_share_rows(team, c->sets, cells * sizeof *cull, cull);
 }

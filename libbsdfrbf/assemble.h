@@ -23,9 +23,9 @@ uint32_t rbf_assemble_blocks(const rbf_component *component, uint32_t base);
 int rbf_assemble_bounds(rbf_component *component);
 
 /* Culling masks of every set, and sampling bounds that allow for residual motion. reach: how far it can carry a lobe (0: none).
- * Opens OpenMP regions. */
-int rbf_assemble_cull(rbf_component *component, float reach);
+ * Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up; so does the next. */
+int rbf_assemble_cull(const rbf_team *team, rbf_component *component, float reach);
 
-/* Table of DHR (dhr.h). Opens OpenMP regions. Returns 0, or -1 when out of memory. */
-int rbf_assemble_dhr(rbf_component *component);
+/* Table of DHR (dhr.h). Opens OpenMP regions. */
+int rbf_assemble_dhr(const rbf_team *team, rbf_component *component);
 #endif

@@ -106,21 +106,24 @@ static void fill_border(const rbf_component *c, uint32_t border, float *node)
 	}
 }
 
-int rbf_assemble_dhr(rbf_component *c)
+int rbf_assemble_dhr(const rbf_team *team, rbf_component *c)
 {
 	c->dhr_steps = steps_of(&c->mesh);
 	const size_t inside = rbf_dhr_element_nodes(c), outside = rbf_dhr_border_nodes(c);
 	float *table = calloc((c->mesh.elements * inside + c->mesh.borders * outside) * c->channels, sizeof *table);
 	if (!table)
 		return -1;
+	float *borders = table + c->mesh.elements * inside * c->channels;
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t i = 0; i < (int64_t)c->mesh.elements + c->mesh.borders; i++) {
-		const uint32_t n = (uint32_t)i;
-		if (n < c->mesh.elements)
+		const uint32_t n = (uint32_t)i, border = n - c->mesh.elements;
+		if (n < c->mesh.elements && rbf_team_mine(team, n))
 			fill_element(c, n, table + n * inside * c->channels);
-		else
-			fill_border(c, n - c->mesh.elements, table + (c->mesh.elements * inside + (n - c->mesh.elements) * outside) * c->channels);
+		if (n >= c->mesh.elements && rbf_team_mine(team, border))
+			fill_border(c, border, borders + border * outside * c->channels);
 	}
 	c->dhr = table;
-	return 0;
+	const size_t node = c->channels * sizeof *table;
+	return rbf_team_share_rows(team, c->mesh.elements, inside * node, table)
+		|| rbf_team_share_rows(team, c->mesh.borders, outside * node, borders) ? -1 : 0;
 }

@@ -164,6 +164,18 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_data_cull(bsdfrbf_context *context, bsdfrbf_d
 /* An interpolant: up to four components. Immutable, shareable by threads and forked processes. */
 typedef struct bsdfrbf_model bsdfrbf_model;
 
+/* Processes that build one model together, each with the same measurements and options, such as the ranks of an MPI program: each
+ * does its part of every loop over incidences and edges, and all end with the same model. */
+typedef struct bsdfrbf_team {
+	int rank;  /* of this process, from 0 */
+	int size;  /* how many there are */
+	/* All call this together. `blocks` has room for those of all processes, bytes[0] to bytes[size - 1] long, in the order of ranks;
+	 * the caller's own is in its place, the others are to be filled in. Returns 0, or anything else if a process has given up: a
+	 * build that fails here while it goes on elsewhere leaves the others waiting, so who starts the team must tell them. */
+	int (*gather)(void *user, void *blocks, const size_t *bytes);
+	void *user; /* handed to that function */
+} bsdfrbf_team;
+
 /* How an interpolant is built. */
 typedef struct bsdfrbf_build_options {
 	size_t size;      /* sizeof(bsdfrbf_build_options), set by bsdfrbf_build_defaults() */
@@ -171,13 +183,14 @@ typedef struct bsdfrbf_build_options {
 	char symmetry;    /* 0: found from the data; 'I' isotropic, 'Q' quadrilateral, 'B' bilateral,
 	                     'U' 180 degrees ("up"), 'A' anisotropic */
 	int lobes;        /* lobes per incidence; 0: chosen from the data */
+	const bsdfrbf_team *team; /* NULL: this process alone */
 } bsdfrbf_build_options;
 
 /* Fills in the defaults: everything found from the data. */
 BSDFRBF_API void bsdfrbf_build_defaults(bsdfrbf_build_options *options);
 
 /* Builds the interpolant of every component that `data` has. options NULL: defaults.
- * The result is the same for any number of threads.
+ * The result is the same for any number of threads and processes.
  * On success *model is to be closed by the caller; on failure *model is NULL.
  * Errors: ARGUMENT, DATA, MEMORY, CANCELLED, INTERNAL. */
 BSDFRBF_API bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf_data *data,

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* From measurements to a model: the stages in their order. */
-#include "advect.h"
 #include "arrange.h"
 #include "assemble.h"
 #include "asymmetry.h"
 #include "choose.h"
 #include "difference.h"
+#include "edges.h"
 #include "energy.h"
 #include "expect.h"
 #include "sample.h"
@@ -194,7 +194,7 @@ static int by_theta(const void *a, const void *b)
 
 /* Number of lobes for every incidence: tried at a few, spread over the polar angle; the others take the larger number of the
  * tried ones next to them. */
-static int lobes_from_data(job *j, int channels, const float lambertian[3], uint32_t *lobes)
+static int lobes_from_data(const rbf_team *team, job *j, int channels, const float lambertian[3], uint32_t *lobes)
 {
 	const int64_t bases = (int64_t)j->measured.count, trials = (bases + 2) / 3 < FIT_TRIALS ? (bases + 2) / 3 : FIT_TRIALS;
 	uint32_t found[FIT_TRIALS];
@@ -210,8 +210,11 @@ static int lobes_from_data(job *j, int channels, const float lambertian[3], uint
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t t = 0; t < trials; t++) {
 		at[t] = (2*t + 1) * bases / (2*trials);
-		failed |= lobes_from_samples(&j->measured.incidence[order[at[t]].base], channels, lambertian, &found[t], &error[t]) != 0;
+		if (rbf_team_mine(team, (uint64_t)t))
+			failed |= lobes_from_samples(&j->measured.incidence[order[at[t]].base], channels, lambertian, &found[t], &error[t]) != 0;
 	}
+	failed = rbf_team_failed(team, failed) || rbf_team_share_rows(team, (size_t)trials, sizeof *found, found)
+		|| rbf_team_share_rows(team, (size_t)trials, sizeof *error, error);
 	int64_t t = 0;
 	for (int64_t b = 0; b < bases && !failed; b++) {
 		while (t < trials && at[t] < b)
@@ -234,7 +237,7 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 {
 	const int64_t bases = (int64_t)j->measured.count;
 	rbf_fitted *m = &j->fitted;
-	if (!j->measured.ready && rbf_fit_lambertian(&j->measured, channels, c->lambertian)) /* ready lobes contain it */
+	if (!j->measured.ready && rbf_fit_lambertian(m->team, &j->measured, channels, c->lambertian)) /* ready lobes contain it */
 		return out_of_memory(context);
 	m->bases = (uint32_t)bases;
 	m->channels = (uint32_t)channels;
@@ -252,7 +255,7 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 		j->fit_error[b] = -1;
 	}
 	j->held_out = -1;
-	failed = failed || (!lobes && !j->measured.ready && lobes_from_data(j, channels, c->lambertian, count));
+	failed = failed || (!lobes && !j->measured.ready && lobes_from_data(m->team, j, channels, c->lambertian, count));
 	if (failed || rbf_progress(context, "lobes", progress)) {
 		free(count);
 		return failed ? out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
@@ -260,10 +263,12 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < bases; b++) {
 		float unused;
-		failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], channels, &m->lobes[b])
+		if (rbf_team_mine(m->team, (uint64_t)b))
+			failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], channels, &m->lobes[b])
 			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], &unused)) != 0;
 	}
-	failed = failed || (!j->measured.ready && rbf_expect_fit(&j->measured, m, c->lambertian, count, j->scatter));
+	failed = rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, (uint32_t)bases, (uint32_t)channels, m->lobes)
+		|| (!j->measured.ready && rbf_expect_fit(&j->measured, m, c->lambertian, count, j->scatter));
 	free(count);
 	if (failed)
 		return out_of_memory(context);
@@ -290,95 +295,6 @@ static void check_symmetry(bsdfrbf_context *context, const char *name, const job
 			"check the sample's orientation, or measure the other azimuths", name, j->symmetry.text,
 			100 * (double)c->facts.asymmetry, 100 * (double)worst, theta, phi);
 	}
-}
-
-/* A directed edge between a base and a vertex, mirrored so that the base is the measured one. */
-typedef struct edge {
-	uint32_t from, to, op;
-	uint32_t at;           /* first entry in the shift array */
-	rbf_vertex vertex;
-	uint32_t slot;         /* where it is used: index into shift_of */
-} edge;
-
-static int by_key(const void *a, const void *b)
-{
-	const edge *x = a, *y = b;
-	if (x->from != y->from) return x->from < y->from ? -1 : 1;
-	if (x->to != y->to) return x->to < y->to ? -1 : 1;
-	if (x->op != y->op) return x->op < y->op ? -1 : 1;
-	return x->slot < y->slot ? -1 : x->slot > y->slot;
-}
-
-/* Residual motion along every edge that an element uses. */
-static bsdfrbf_status move_edges(bsdfrbf_context *context, const job *j, rbf_component *c)
-{
-	const rbf_fitted *m = &j->fitted;
-	const rbf_choice *choice = &j->choice;
-	const size_t slots = (size_t)c->mesh.elements * 6;
-	uint32_t *shift_of = malloc((slots + 1) * sizeof *shift_of);
-	edge *list = malloc((slots + 1) * sizeof *list);
-	c->shift_of = shift_of;
-	if (!shift_of || !list) {
-		free(list);
-		return out_of_memory(context);
-	}
-	size_t count = 0;
-	for (uint32_t e = 0; e < c->mesh.elements; e++)
-		for (uint32_t own = 0; own < 3; own++)
-			for (uint32_t n = 0; n < 2; n++) {
-				const uint32_t *v = c->mesh.element[e].v, slot = e * 6 + own * 2 + n;
-				const rbf_vertex *a = &c->mesh.vertex[v[own]], *b = &c->mesh.vertex[v[(own + 1 + n) % 3]];
-				shift_of[slot] = RBF_NO_SHIFT;
-				/* a segment repeats its second corner: only the first of its two slots counts */
-				if (v[1] == v[2] && (own == 2 || (own == 0 && n == 1) || (own == 1 && n == 0)))
-					continue;
-				edge *x = &list[count++];
-				*x = (edge){.from = a->base, .to = b->base, .op = a->op ^ b->op, .slot = slot};
-				x->vertex = (rbf_vertex){.base = b->base, .op = a->op ^ b->op};
-				rbf_mirror(a->op, b->direction, x->vertex.direction);
-			}
-	qsort(list, count, sizeof *list, by_key);
-	uint64_t total = 0;
-	for (size_t i = 0; i < count; i++) {
-		const int same = i && list[i].from == list[i - 1].from && list[i].to == list[i - 1].to && list[i].op == list[i - 1].op;
-		list[i].at = same ? list[i - 1].at : (uint32_t)total;
-		if (!same) {
-			total += rbf_assemble_blocks(c, list[i].from);
-			c->edges++;
-		}
-		shift_of[list[i].slot] = list[i].at;
-	}
-	if (total >= RBF_NO_SHIFT) {
-		free(list);
-		return rbf_fail(context, BSDFRBF_ERR_UNSUPPORTED, "residual transport needs too many entries; use fewer lobes (-l)");
-	}
-	c->shifts = (uint32_t)total;
-	rbf_shift *shift = calloc(total + 1, sizeof *shift);
-	c->shift = shift;
-	if (!shift) {
-		free(list);
-		return out_of_memory(context);
-	}
-	int failed = 0;
-	double mean = 0;
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t i = 0; i < (int64_t)count; i++) {
-		if (failed || (i && list[i].at == list[i - 1].at && list[i].from == list[i - 1].from))
-			continue;
-		float (*motion)[3] = malloc((m->lobes[list[i].from].count + 1) * sizeof *motion), length = 0;
-		if (!motion || rbf_advect(m, choice->frames, choice->frame, choice->label, list[i].from, &list[i].vertex, choice->cap, motion, &length))
-			failed = 1;
-		else
-			rbf_assemble_shift(m, c, choice->label, list[i].from, (const float (*)[3])motion, shift + list[i].at);
-		list[i].vertex.direction[0] = length;
-		free(motion);
-	}
-	for (size_t i = 0; i < count && c->edges; i++)
-		if (!i || list[i].at != list[i - 1].at || list[i].from != list[i - 1].from)
-			mean += (double)list[i].vertex.direction[0] / c->edges;
-	c->facts.residual_deg = (float)(mean * 180 / RBF_PI);
-	free(list);
-	return failed ? out_of_memory(context) : BSDFRBF_OK;
 }
 
 static float longest(const rbf_component *c)
@@ -427,6 +343,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	const bsdfrbf_build_options *o, double from, double to, job *j, rbf_component *c)
 {
 	const double span = to - from;
+	j->fitted.team = o->team;
 	RBF_TRY(select_incidences(context, all, name, j));
 	const char symmetry = o->symmetry ? o->symmetry : all->isotropic ? 'I' : 0;
 	RBF_TRY(rbf_symmetry_choose(context, j->measured.count, j->direction, symmetry, &j->symmetry));
@@ -447,12 +364,12 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, c))
 		return out_of_memory(context);
 	if (j->choice.cap > 0) {
-		RBF_TRY(move_edges(context, j, c));
+		RBF_TRY(rbf_edges_move(context, &j->fitted, &j->choice, c));
 		c->residual = 1;
 	}
 	if (rbf_progress(context, "tables", from + .85 * span))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	if (rbf_assemble_cull(c, longest(c)) || rbf_assemble_dhr(c))
+	if (rbf_assemble_cull(o->team, c, longest(c)) || rbf_assemble_dhr(o->team, c))
 		return out_of_memory(context);
 	return set_facts(context, j, c);
 }
@@ -496,6 +413,8 @@ bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf_data *data,
 	}
 	if (o.threads < 0 || o.lobes < 0 || o.lobes > 20000)
 		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "bsdfrbf_build: threads or lobes out of range");
+	if (o.team && (o.team->size < 1 || o.team->rank < 0 || o.team->rank >= o.team->size || !o.team->gather))
+		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "bsdfrbf_build: a team needs a rank below its size, and a function to gather");
 	if (!data || !data->channels)
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "no measurements to build from");
 	bsdfrbf_model *made = rbf_model_new();
@@ -508,7 +427,9 @@ bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf_data *data,
 	omp_set_num_threads(threads);
 	if (status == BSDFRBF_OK)
 		*model = made;
-	else
+	else if (status == BSDFRBF_ERR_MEMORY && o.team)
+		rbf_fail(context, status, "out of memory, or another process of the team gave up");
+	if (status != BSDFRBF_OK)
 		bsdfrbf_close(made);
 	return status;
 }

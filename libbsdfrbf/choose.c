@@ -235,10 +235,18 @@ static int measure(const bench *b, rbf_choice *choice, const rbf_choice *best)
 	const int screen = best && b->trials >= 3 * SCREEN;
 	choice->error = INFINITY;
 	for (int pass = !screen; pass < 2 && !failed; pass++) {
-		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-		for (int64_t t = 0; t < (int64_t)b->trials; t++)
+		uint32_t list[TRIALS_MAX], count = 0;
+		float error[TRIALS_MAX];
+		for (uint32_t t = 0; t < b->trials; t++)
 			if (screen ? (t % SCREEN == 0) != pass : 1)
-				failed |= trial_error(m, choice, &c, &b->trial[t], &choice->base_error[b->trial[t].base]) != 0;
+				list[count++] = t;
+		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+		for (int64_t i = 0; i < (int64_t)count; i++)
+			if (rbf_team_mine(m->team, (uint64_t)i))
+				failed |= trial_error(m, choice, &c, &b->trial[list[i]], &error[i]) != 0;
+		failed = rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, count, sizeof *error, error);
+		for (uint32_t i = 0; i < count && !failed; i++)
+			choice->base_error[b->trial[list[i]].base] = error[i];
 		if (!pass && mean_error(b, choice, SCREEN) > SCREEN_LOSS * mean_error(b, best, SCREEN))
 			break;
 		if (pass)
@@ -295,6 +303,8 @@ static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best,
 {
 	rbf_fitted *m = b->fitted;
 	const double with = rbf_learn(lesson, map, start, found);
+	if (rbf_learn_failed(lesson))
+		return -1;
 	if (with < known + LEARN_GAIN || m->candidates == RBF_CANDIDATES)
 		return 0;
 	if (rbf_label_add(m, map, found))

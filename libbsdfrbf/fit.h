@@ -4,10 +4,11 @@
 #define RBF_FIT_H
 #include "lobes.h"
 #include "measure.h"
+#include "team.h"
 
 /* DHR of the Lambertian part common to all incidences, per channel: from below the noise, 0 if there is none.
- * Returns 0, or -1 when out of memory. Opens OpenMP regions. */
-int rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3]);
+ * Returns 0, or -1 when out of memory or a process gave up. Opens OpenMP regions. */
+int rbf_fit_lambertian(const rbf_team *team, const rbf_measured *measured, int channels, float lambertian[3]);
 
 /* Fits at most `lobes` lobes to the samples less the Lambertian part. `hold` > 1 leaves out every hold-th sample and puts the
  * relative L1 of the fit against those in *error (else -1). Returns 0, or -1 when out of memory. Thread-safe. */

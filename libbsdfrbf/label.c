@@ -97,6 +97,18 @@ int rbf_label_prepare(rbf_fitted *m)
 	return 0;
 }
 
+static int share_prediction(const rbf_fitted *m, float *prediction)
+{
+	if (!m->team)
+		return 0;
+	uint64_t *first = malloc(((size_t)m->bases + 1) * sizeof *first);
+	for (uint32_t b = 0; b <= m->bases && first; b++)
+		first[b] = m->lobe_first[b] * sizeof *prediction;
+	const int failed = !first || rbf_team_share(m->team, m->bases, first, prediction);
+	free(first);
+	return failed ? -1 : 0;
+}
+
 int rbf_label_add(rbf_fitted *m, unsigned map, const rbf_linear *linear)
 {
 	rbf_candidate *added = &m->candidate[m->candidates];
@@ -111,6 +123,8 @@ int rbf_label_add(rbf_fitted *m, unsigned map, const rbf_linear *linear)
 	const uint32_t y = rbf_luminance(m->channels);
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
+		if (!rbf_team_mine(m->team, (uint64_t)b))
+			continue;
 		const rbf_lobes *l = &m->lobes[b];
 		const uint32_t from = m->neighbour_first[b], to = m->neighbour_first[b + 1];
 		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
@@ -131,7 +145,7 @@ int rbf_label_add(rbf_fitted *m, unsigned map, const rbf_linear *linear)
 			added->prediction[m->lobe_first[b] + i] = to > from ? sum / (float)(to - from) : logf(self);
 		}
 	}
-	return 0;
+	return share_prediction(m, added->prediction);
 }
 
 void rbf_label_release(rbf_fitted *m)

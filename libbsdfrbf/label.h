@@ -17,6 +17,7 @@ enum { RBF_CANDIDATES = RBF_MAPS_LISTED + 12 };
 typedef struct rbf_fitted {
 	rbf_symmetry symmetry;
 	uint32_t channels, bases;
+	const rbf_team *team;         /* that builds; NULL: this process alone */
 	const double *direction;      /* bases x 3 */
 	rbf_lobes *lobes;             /* [bases] */
 	rbf_mesh mesh;                /* of all incidences */
@@ -27,7 +28,8 @@ typedef struct rbf_fitted {
 	uint32_t *lobe_first;         /* [bases + 1]: where a base's lobes start in such rows */
 } rbf_fitted;
 
-/* Fills neighbours, lobe_first and the candidates with the listed maps. Opens OpenMP regions. Returns 0, or -1 when out of memory. */
+/* Fills neighbours, lobe_first and the candidates with the listed maps. Opens OpenMP regions. Returns 0, or -1 when out of memory or
+ * a process gave up. */
 int rbf_label_prepare(rbf_fitted *fitted);
 void rbf_label_release(rbf_fitted *fitted);
 

@@ -51,7 +51,7 @@ static float incidence_floor(const rbf_incidence *in, int channels, int channel)
 }
 
 /* The Lambertian part is what every direction at every incidence shares: a little less than the lowest floor. */
-int rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambertian[3])
+int rbf_fit_lambertian(const rbf_team *team, const rbf_measured *measured, int channels, float lambertian[3])
 {
 	for (int c = 0; c < 3; c++)
 		lambertian[c] = 0;
@@ -59,8 +59,9 @@ int rbf_fit_lambertian(const rbf_measured *measured, int channels, float lambert
 		float floor = INFINITY;
 		#pragma omp parallel for schedule(dynamic) reduction(min:floor)
 		for (int64_t b = 0; b < (int64_t)measured->count; b++)
-			floor = fminf(floor, incidence_floor(&measured->incidence[b], channels, c));
-		if (floor < 0)
+			if (rbf_team_mine(team, (uint64_t)b))
+				floor = fminf(floor, incidence_floor(&measured->incidence[b], channels, c));
+		if (rbf_team_lowest(team, &floor) || floor < 0)
 			return -1;
 		lambertian[c] = isfinite(floor) ? .95f * floor * (float)RBF_PI : 0;
 	}

@@ -15,6 +15,7 @@ enum { PROBES = 480, PROBES_BASE = 24, LEVELS = 3, COEFFICIENTS = 8, STARTS = 3,
 static const float BLUR[LEVELS] = {.25f, .08f, 0}; /* radians */
 static const double FIRST_STEP[LEVELS] = {.3, .12, .04}, TOLERANCE[LEVELS] = {1e-3, 3e-4, 1e-4};
 static const double WORTH_THREADS = 1e5; /* lobes to add up, a tenth of a millisecond: less is done before threads have met */
+static const double WORTH_TEAM = 2e5; /* the same for processes, which meet more slowly */
 static const uint32_t EVERY[LEVELS] = {4, 2, 1}; /* probes in use */
 
 typedef struct probe {
@@ -31,6 +32,8 @@ struct rbf_lesson {
 	float *self[LEVELS];       /* [probes] own value */
 	float *known[LEVELS];      /* [pairs] score of the frames that are there */
 	float *score;              /* [pairs] room */
+	uint64_t *part[LEVELS];    /* for a team: where the pairs of a probe in use start, bytes */
+	int failed;                /* the team's */
 	double work;               /* lobes that a judgement of all pairs adds up */
 	uint32_t free, place[COEFFICIENTS]; /* coefficients that symmetry leaves free */
 };
@@ -67,6 +70,12 @@ static void leave_free(rbf_lesson *s, unsigned map)
 		for (uint32_t n = 0; n < COEFFICIENTS && row[r].symmetry == s->fitted->symmetry; n++)
 			if (row[r].free[n] && (n % 4 != 3 || map == RBF_MAP_LEARNED_TURN)) /* a shift has no use for the constant */
 				s->place[s->free++] = n;
+}
+
+/* Probes in use. */
+static uint32_t used(const rbf_lesson *s, int level)
+{
+	return (s->probes + EVERY[level] - 1) / EVERY[level];
 }
 
 rbf_lesson *rbf_learn_begin(const rbf_fitted *m)
@@ -117,7 +126,10 @@ rbf_lesson *rbf_learn_begin(const rbf_fitted *m)
 	for (int level = 0; level < LEVELS && !failed; level++) {
 		s->self[level] = malloc((s->probes + 1) * sizeof(float));
 		s->known[level] = malloc((pairs + 1) * sizeof(float));
-		failed = !s->self[level] || !s->known[level];
+		s->part[level] = malloc((s->probes + 2) * sizeof(uint64_t));
+		failed = !s->self[level] || !s->known[level] || !s->part[level];
+		for (uint32_t i = 0; i <= used(s, level) && !failed; i++)
+			s->part[level][i] = s->first[i * EVERY[level] < s->probes ? i * EVERY[level] : s->probes] * sizeof(float);
 		for (uint32_t p = 0; p < s->probes && !failed; p++) {
 			float c[3], v[3];
 			rbf_lobe_centre(&m->lobes[s->probe[p].base], s->probe[p].lobe, c);
@@ -143,6 +155,7 @@ void rbf_learn_end(rbf_lesson *s)
 			free(s->lobes[level]);
 		free(s->self[level]);
 		free(s->known[level]);
+		free(s->part[level]);
 	}
 	free(s->probe);
 	free(s->first);
@@ -151,12 +164,17 @@ void rbf_learn_end(rbf_lesson *s)
 }
 
 /* Scores of all pairs under a map. */
-static void judge(const rbf_lesson *s, int level, unsigned map, const rbf_linear *linear, float *score)
+static void judge(rbf_lesson *s, int level, unsigned map, const rbf_linear *linear, float *score)
 {
 	const rbf_fitted *m = s->fitted;
-	#pragma omp parallel for schedule(dynamic, 16) if (s->work > WORTH_THREADS * EVERY[level])
-	for (int64_t p = 0; p < (int64_t)s->probes; p += EVERY[level]) {
-		const uint32_t b = s->probe[p].base;
+	const rbf_team *team = s->work > WORTH_TEAM * EVERY[level] ? m->team : NULL;
+	if (s->failed)
+		return;
+	#pragma omp parallel for schedule(dynamic, 16) if (rbf_team_part(team, s->work) > WORTH_THREADS * EVERY[level])
+	for (int64_t i = 0; i < (int64_t)used(s, level); i++) {
+		if (!rbf_team_mine(team, (uint64_t)i))
+			continue;
+		const uint32_t p = (uint32_t)i * EVERY[level], b = s->probe[p].base;
 		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
 		const float self = s->self[level][p] + 1e-12f;
 		float c[3];
@@ -171,6 +189,7 @@ static void judge(const rbf_lesson *s, int level, unsigned map, const rbf_linear
 			score[n] = value < self ? value / self : self / value;
 		}
 	}
+	s->failed |= rbf_team_share(team, used(s, level), s->part[level], score) != 0;
 }
 
 /* Share that is predicted, by the known frames (score: NULL) or by the better of them and score. */
@@ -363,4 +382,9 @@ double rbf_learn(rbf_lesson *s, unsigned map, const rbf_linear *start, rbf_linea
 		}
 	}
 	return climb(s, LEVELS - 1, map, found);
+}
+
+int rbf_learn_failed(const rbf_lesson *s)
+{
+	return s->failed;
 }

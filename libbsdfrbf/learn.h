@@ -17,4 +17,7 @@ double rbf_learn_after(rbf_lesson *lesson, uint32_t frames, const uint32_t frame
 /* The linear beam under which neighbouring incidences predict each other best, together with those frames. With a start it is
  * refined, else searched for. map: a learned one. Returns the share that is then predicted. */
 double rbf_learn(rbf_lesson *lesson, unsigned map, const rbf_linear *start, rbf_linear *found);
+
+/* Non-zero once a process of the team gave up, or memory ran out, in the two above. */
+int rbf_learn_failed(const rbf_lesson *lesson);
 #endif

@@ -49,3 +49,46 @@ void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3])
 	if (job.blocks)
 		rbf_kernel_sum(&job, 1, value);
 }
+
+/* Copies a fit into a row of bytes, or out of it. Returns how many bytes it takes. */
+static size_t pack(const rbf_lobes *l, char *to, const char *from)
+{
+	const struct { void *array; size_t bytes; } part[] = {{l->block, l->blocks * sizeof *l->block},
+		{l->amplitude, (size_t)l->channels * l->blocks * sizeof *l->amplitude}, {l->mass, l->count * sizeof *l->mass}};
+	size_t at = 0;
+	for (size_t n = 0; n < sizeof part / sizeof *part; at += part[n++].bytes) {
+		if (to)
+			memcpy(to + at, part[n].array, part[n].bytes);
+		if (from)
+			memcpy(part[n].array, from + at, part[n].bytes);
+	}
+	return at;
+}
+
+int rbf_lobes_share(const rbf_team *team, uint32_t count, uint32_t channels, rbf_lobes *lobes)
+{
+	if (!team)
+		return 0;
+	uint32_t *number = calloc((size_t)count + 1, sizeof *number);
+	uint64_t *first = calloc((size_t)count + 1, sizeof *first);
+	char *row = NULL;
+	int failed = !number || !first;
+	for (uint32_t i = 0; i < count && !failed; i++)
+		number[i] = lobes[i].count;
+	failed = failed || rbf_team_share_rows(team, count, sizeof *number, number);
+	for (uint32_t i = 0; i < count && !failed; i++) {
+		failed = !rbf_team_mine(team, i) && rbf_lobes_new(&lobes[i], number[i], channels);
+		first[i + 1] = first[i] + pack(&lobes[i], NULL, NULL);
+	}
+	failed = failed || !(row = malloc(first[count] + 1));
+	for (uint32_t i = 0; i < count && !failed; i++)
+		if (rbf_team_mine(team, i))
+			pack(&lobes[i], row + first[i], NULL);
+	failed = failed || rbf_team_share(team, count, first, row);
+	for (uint32_t i = 0; i < count && !failed; i++)
+		pack(&lobes[i], NULL, row + first[i]);
+	free(number);
+	free(first);
+	free(row);
+	return failed ? -1 : 0;
+}

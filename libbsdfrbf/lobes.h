@@ -3,6 +3,7 @@
 #ifndef RBF_LOBES_H
 #define RBF_LOBES_H
 #include "kernel.h"
+#include "team.h"
 
 typedef struct rbf_lobes {
 	uint32_t count, blocks, channels;
@@ -14,7 +15,6 @@ typedef struct rbf_lobes {
 /* Room for `count` lobes, all amplitudes 0. Returns 0, or -1 when out of memory. */
 int rbf_lobes_new(rbf_lobes *lobes, uint32_t count, uint32_t channels);
 void rbf_lobes_free(rbf_lobes *lobes);
-
 
 static inline void rbf_lobe_centre(const rbf_lobes *l, uint32_t i, float centre[3])
 {
@@ -35,6 +35,10 @@ static inline float rbf_lobe_amplitude(const rbf_lobes *l, uint32_t channel, uin
 }
 
 void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa);
+
+/* Fits of `count` incidences, made where they are rbf_team_mine(): all get all. Returns 0, or -1 when out of memory or a process
+ * gave up. */
+int rbf_lobes_share(const rbf_team *team, uint32_t count, uint32_t channels, rbf_lobes *lobes);
 
 /* DSF of all lobes at a direction. */
 void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3]);

@@ -169,7 +169,7 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 		c->shifts = total;
 		c->residual = 1;
 	}
-	assert_int_equal(rbf_assemble_cull(c, p->motion > 0 ? (float)p->motion : 0), 0);
+	assert_int_equal(rbf_assemble_cull(NULL, c, p->motion > 0 ? (float)p->motion : 0), 0);
 	if (p->no_dhr) {
 		c->dhr_steps = 2;
 		const size_t nodes = (c->mesh.elements * (size_t)rbf_dhr_element_nodes(c) + c->mesh.borders * (size_t)rbf_dhr_border_nodes(c)) * c->channels;
@@ -178,7 +178,7 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 			table[n] = .5f;
 		c->dhr = table;
 	} else
-		assert_int_equal(rbf_assemble_dhr(c), 0);
+		assert_int_equal(rbf_assemble_dhr(NULL, c), 0);
 	c->base_info = calloc(fitted.bases, sizeof *c->base_info);
 	c->present = 1;
 	model->channels = p->channels;

@@ -22,7 +22,7 @@ def _load():
 
 
 class BuildOptions(ctypes.Structure):
-    _fields_ = [("size", c_size_t), ("threads", c_int), ("symmetry", c_char), ("lobes", c_int)]
+    _fields_ = [("size", c_size_t), ("threads", c_int), ("symmetry", c_char), ("lobes", c_int), ("team", c_void_p)]
 
 
 class Samples(ctypes.Structure):
