@@ -164,16 +164,19 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_data_cull(bsdfrbf_context *context, bsdfrbf_d
 /* An interpolant: up to four components. Immutable, shareable by threads and forked processes. */
 typedef struct bsdfrbf_model bsdfrbf_model;
 
+/* Hands round blocks of bytes among the processes of a team; all call it together. `blocks` has room for those of all processes,
+ * bytes[0] to bytes[size - 1] long, in the order of ranks; the caller's own is in its place, the others are to be filled in.
+ * Returns 0, or anything else if a process has given up: a build that fails here while it goes on elsewhere leaves the others
+ * waiting, so who starts the team must tell them. */
+typedef int (*bsdfrbf_gather)(void *user, void *blocks, const size_t *bytes);
+
 /* Processes that build one model together, each with the same measurements and options, such as the ranks of an MPI program: each
  * does its part of every loop over incidences and edges, and all end with the same model. */
 typedef struct bsdfrbf_team {
-	int rank;  /* of this process, from 0 */
-	int size;  /* how many there are */
-	/* All call this together. `blocks` has room for those of all processes, bytes[0] to bytes[size - 1] long, in the order of ranks;
-	 * the caller's own is in its place, the others are to be filled in. Returns 0, or anything else if a process has given up: a
-	 * build that fails here while it goes on elsewhere leaves the others waiting, so who starts the team must tell them. */
-	int (*gather)(void *user, void *blocks, const size_t *bytes);
-	void *user; /* handed to that function */
+	int rank;              /* of this process, from 0 */
+	int size;              /* how many there are */
+	bsdfrbf_gather gather; /* how they tell each other what each has done */
+	void *user;            /* handed to that function */
 } bsdfrbf_team;
 
 /* How an interpolant is built. */
