@@ -17,7 +17,7 @@ import pyradiance
 
 BUILD = os.environ.get('BUILD_DIR', os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', 'build'))
 STOCK = os.path.dirname(pyradiance.__file__)
-QUERY = os.environ.get('BSDFQUERY') or shutil.which('bsdfquery') or shutil.which(os.path.join(BUILD, 'compare', 'bsdfquery'))
+QUERY = os.environ.get('BSDFQUERY') or shutil.which('bsdfquery') or shutil.which(os.path.join(BUILD, 'bench', 'bsdfquery'))
 COMPONENTS = {'rf': (1, 1), 'rb': (-1, -1), 'tf': (1, -1), 'tb': (-1, 1)}
 HEAD = '#?RADIANCE\npabopto2bsdf\nNAME={name}\nSYMMETRY=0\nIO_SIDES= {sides[0]} {sides[1]}\nCOLORIMETRY={colour}\nGRIDRES=256\n' \
        'BSDFMIN=0\nFORMAT=BSDF_RBFmesh\n\n'

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * Loops for timing that Python could not time: one call a pair of directions, through function pointers into the two
- * libraries. test/compare compiles this when it runs. pairs: incident xyz, outgoing xyz, as in query.bin.
+ * libraries. test/bench compiles this when it runs. pairs: incident xyz, outgoing xyz, as in query.bin.
  */
 
 /* SDevalBSDF() of Radiance's bsdf.h: value, incident, outgoing, data; a value starts with its luminance. */

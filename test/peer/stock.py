@@ -12,6 +12,8 @@ import time
 
 import numpy as np
 
+import score as scoring
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 
@@ -93,7 +95,7 @@ class Stock:
                 facts = {'command': command, 'wall': wall, 'cpu': cpu, 'pace': pace}
             except Failed as error:
                 facts = {'command': command, 'failed': str(error)}
-                print(f'compare: {error}', file=sys.stderr)
+                print(f'bench: {error}', file=sys.stderr)
             with open(note, 'w') as f:
                 json.dump(facts, f)
         with open(note) as f:
@@ -175,6 +177,14 @@ class Loops:
 
 def address(array):
     return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def tree_error(evaluate, folder):
+    """score.py's figures of an evaluator with one channel, at the questions of a folder."""
+    query = np.fromfile(os.path.join(folder, 'query.bin'), '<f4').reshape(-1, 6)
+    answers = np.empty((len(query), 1), '<f4')
+    evaluate(query, answers)
+    return scoring.score(folder, answers)
 
 
 def seconds_a_pair(evaluate, pairs, channels, repeat=7):

@@ -15,13 +15,13 @@ import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
-import compare  # noqa: E402
+import measured  # noqa: E402
 import stock  # noqa: E402
 
-sys.path.insert(0, os.path.join(compare.SHARED, 'bench'))
+sys.path.insert(0, os.path.join(measured.SHARED, 'bench'))
 import gonio  # noqa: E402
 
-RADIANCE, WORK = os.path.join(compare.BUILD, 'radiance'), os.path.join(compare.WORK, 'sun')
+RADIANCE, WORK = os.path.join(measured.BUILD, 'radiance'), os.path.join(measured.WORK, 'sun')
 SUNS = ((0, 0), (20, 35), (38, 290), (52, 155), (65, 250))  # theta, phi, degrees
 SOLID = 2 * np.pi * (1 - np.cos(np.radians(.533 / 2)))
 HALF, HEIGHT, CELLS = 2., 2., 120  # half side of the panel, distance of the floor, cells along a side of the panel
@@ -45,12 +45,12 @@ def rtrace(sun, name, rays):
 
 
 def judge(name, depth):
-    symmetry, side, theta = compare.BENCH[name]
-    folder = compare.measure(name, theta, 'full', 7, 40, 64)
+    symmetry, side, theta = measured.BENCH[name]
+    folder = measured.measure(name, theta, 'full', 7, 40, 64)
     record, tree = os.path.join(WORK, name + '.rbf'), os.path.join(WORK, f'{name}{depth}.xml')
     files = [os.path.join(folder, f) for f in sorted(os.listdir(folder)) if f.endswith('.dat')]
-    stock.run([compare.binary('mkrbf'), '-q', '-o', record, *files])
-    wall, _ = stock.run([compare.binary('rbf2ttree'), '-g', str(depth), '-o', tree, record])
+    stock.run([measured.binary('mkrbf'), '-q', '-o', record, *files])
+    wall, _ = stock.run([measured.binary('rbf2ttree'), '-g', str(depth), '-o', tree, record])
     at = (np.arange(CELLS) + .5) / CELLS * 2 * HALF - HALF
     panel = np.stack(np.meshgrid(at, at, [0.]), -1).reshape(-1, 3)
     floor = np.stack(np.meshgrid([-1.5, -.5, .5, 1.5], [-1.5, -.5, .5, 1.5], [HEIGHT]), -1).reshape(-1, 3)
@@ -67,7 +67,7 @@ def judge(name, depth):
         suns = np.broadcast_to(sun, out.shape)  # f(view, sun), as a renderer asks; reciprocity makes it the light's way
         want = (truth(out, suns).reshape(weight.shape) * scale).sum(1)
         pairs = np.concatenate([out, suns], 1).astype('<f4').tobytes()
-        values = subprocess.run([compare.binary('rbfquery'), '-ff', record], input=pairs, stdout=subprocess.PIPE, check=True).stdout
+        values = subprocess.run([measured.binary('rbfquery'), '-ff', record], input=pairs, stdout=subprocess.PIPE, check=True).stdout
         found = {'quadrature': (np.frombuffer(values, '<f4').reshape(weight.shape) * scale).sum(1)}
         for label, path in (('rtrace', record), ('tree', tree)):
             found[label] = (rtrace(sun, os.path.basename(path), rays).reshape(weight.shape) * weight).sum(1)
@@ -79,7 +79,7 @@ def judge(name, depth):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('-d', '--depth', default=6, type=int, help='of the tensor tree (default %(default)s)')
-    parser.add_argument('materials', nargs='*', default=list(compare.BENCH), help='default: all of the bench')
+    parser.add_argument('materials', nargs='*', default=list(measured.BENCH), help='default: all of the bench')
     options = parser.parse_args()
     os.makedirs(WORK, exist_ok=True)
     for name in options.materials:

@@ -5,14 +5,12 @@
 Measurements come from the project's goniometer and, for materials named bench-*, from ../shared/bench/gonio.py.
 Errors are those of score.py. Ratios compare with the peer in the same run and are above 1 where we are better:
 build time and evaluations a second of one random pair; render ratio is our time over the peer's, so below 1 is better.
-The peer's interpolant (.sir) and tensor tree take minutes, so they are kept in build/compare/cache under a check sum of
-the data; their times are then scaled by a calibration loop and marked "kept".
+The peer's interpolant (.sir) and tensor tree take minutes, so they are kept in build/bench/cache under a check sum of
+the data; their times are then scaled by a calibration loop and marked "kept". The tree is asked at more directions than the
+others: at the centres of its own cells alone its error would come out too small.
 """
 import argparse
-import csv
 import os
-import shutil
-import subprocess
 import sys
 
 import numpy as np
@@ -21,53 +19,13 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
 import score as scoring  # noqa: E402
 import stock  # noqa: E402
+from measured import BUILD, ROOT, VARIANTS, WORK, binary, chosen, materials, measure, measurements  # noqa: E402
 from render import picture_seconds  # noqa: E402
+from table import merge  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(HERE))
-BUILD = os.environ.get('BUILD_DIR', os.path.join(ROOT, 'build'))
-SHARED = os.environ.get('SHARED_DIR', os.path.join(ROOT, '..', 'shared'))
-WORK = os.path.join(BUILD, 'compare')
-BENCH = {'bench-satin': ('isotropic', 'T', 80), 'bench-brushed': ('quadrilateral', 'R', 80),
-         'bench-sawtooth': ('bilateral', 'R', 72), 'bench-lcp': ('anisotropic', 'T', 75)}
-# How the measurement departs from the default: options of either goniometer, without their dashes.
-VARIANTS = {'full': [], 'half': ['every', '2'], 'noisy': ['noise', '.08'], 'hole': ['hole', '8'], 'cut': ['maxout', '75'],
-            'outside': None}
 COLUMNS = ('material variant seed l1 l1_p95 dhr dhr_max peak peak_p95 logrmse beam predicted_l1 lobes bytes '
            'build_s build_cpu_s build_ratio build_cpu_ratio eval_ratio render_ratio peer sir_l1 sir_l1_p95 sir_dhr sir_logrmse sir_bytes '
            'sir_build_s sir_build_cpu_s tree_depth tree_l1 tree_build_s eval_ns tree_eval_ns').split()
-
-
-def materials():
-    """name: (symmetry, 'R' or 'T', largest polar angle of incidence)"""
-    known = {}
-    if os.path.exists(os.path.join(SHARED, 'bench', 'gonio.py')):
-        known.update(BENCH)
-    listing = subprocess.run([binary('goniometer'), '-list'], check=True, capture_output=True, text=True).stdout
-    for line in listing.splitlines():
-        name, symmetry, side, _, theta = line.split()[:5]
-        known[name] = (symmetry, side, float(theta))
-    return known
-
-
-def binary(name):
-    return os.path.join(BUILD, 'bin', name)
-
-
-def measure(name, theta, variant, seed, held, grid):
-    """Folder with the measurement, made if it is not there."""
-    folder = os.path.join(WORK, 'data', f'{name}-{variant}-{seed}-{held}x{grid}')
-    done, bench = os.path.join(folder, '.done'), name.startswith('bench-')
-    maker = os.path.join(SHARED, 'bench', 'gonio.py') if bench else binary('goniometer')
-    if os.path.exists(done) and os.path.getmtime(done) > os.path.getmtime(maker):
-        return folder
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
-    options = ['theta', str(theta), str(theta + 5)] if variant == 'outside' else list(VARIANTS[variant])
-    options += ['seed', str(seed), 'held', str(held), 'grid', str(grid)]
-    words = [('--' if bench else '-') + o if o.isalpha() else o for o in options]
-    stock.run([sys.executable, maker, name[6:], folder, *words] if bench else [maker, *words, name, folder])
-    open(done, 'w').close()
-    return folder
 
 
 def beam_error(folder, evaluate, channels):
@@ -89,7 +47,7 @@ class Comparison:
         self.stock = stock.Stock(WORK, options.force)
         self.loops = stock.Loops(WORK, os.path.join(BUILD, 'lib', 'libbsdfrbf.so'))
         if not self.stock.query and options.peers != 'none':
-            print('compare: no bsdfquery (a full Radiance has it; set BSDFQUERY): errors of .sir files are left empty')
+            print('accuracy: no bsdfquery (a full Radiance has it; set BSDFQUERY): errors of .sir files are left empty')
 
     def ours(self, row, folder, files):
         record = os.path.join(folder, 'ours.rbf')
@@ -109,7 +67,8 @@ class Comparison:
         row['eval_ns'] = 1e9 * stock.seconds_a_pair(one, pairs, channels)
         return record, pairs, channels
 
-    def peers(self, row, folder, files, record, pairs, channels, symmetry, side):
+    def peers(self, row, folder, files, record, pairs, channels, symmetry, side, finer):
+        """finer(cells): the folder with questions on a grid of at least that many cells a side."""
         key = stock.checksum(files)
         if self.options.peers == 'kept' and not os.path.exists(os.path.join(self.stock.cache, key, 'interpolant.sir')):
             return
@@ -137,50 +96,26 @@ class Comparison:
         evaluate = self.loops.tree(xml)
         row['tree_eval_ns'] = 1e9 * stock.seconds_a_pair(evaluate, pairs, 1)
         row['eval_ratio'] = row['tree_eval_ns'] / row['eval_ns']
-        query = np.fromfile(os.path.join(folder, 'query.bin'), '<f4').reshape(-1, 6)
         if channels == 1:
-            answers = np.empty((len(query), 1), '<f4')
-            evaluate(query, answers)
-            row['tree_l1'] = scoring.score(folder, answers)['l1']
+            row['tree_l1'] = stock.tree_error(evaluate, finer(2 << depth))['l1']
         if self.options.render and os.path.exists(os.path.join(BUILD, 'radiance', 'bin', 'rpict')):
             row['render_ratio'] = (picture_seconds(BUILD, folder, record, side == 'T')
                                    / picture_seconds(BUILD, folder, xml, side == 'T'))
 
     def compare(self, name, variant, seed):
         symmetry, side, theta = self.options.known[name]
-        held, grid = (12, 256) if name == 'narrow' else self.options.questions  # its peak falls between coarser cells
+        held, grid = self.options.questions
         folder = measure(name, theta, variant, seed, held, grid)
-        files = sorted(os.path.join(folder, f) for f in os.listdir(folder)
-                       if f.endswith('.dat') or f.endswith('.txt') and f[0].isdigit())
+        files = measurements(folder)
         row = {'material': name, 'variant': variant, 'seed': seed}
         try:
             record, pairs, channels = self.ours(row, folder, files)
             if self.options.peers != 'none':
-                self.peers(row, folder, files, record, pairs, channels, symmetry, side)
+                self.peers(row, folder, files, record, pairs, channels, symmetry, side,
+                           lambda cells: measure(name, theta, variant, seed, held, max(grid, cells)))
         except stock.Failed as error:
-            print(f'compare: {name} {variant} {seed}: {error}', file=sys.stderr)
+            print(f'accuracy: {name} {variant} {seed}: {error}', file=sys.stderr)
         return row
-
-
-def text(value):
-    if value is None or value == '':
-        return ''
-    return f'{value:.4g}' if isinstance(value, float) else str(value)
-
-
-def merge(path, rows):
-    """Rewrites the table: rows of this run replace those of the same material, variant and seed."""
-    key = lambda row: (row['material'], row['variant'], str(row['seed']))  # noqa: E731
-    table = {}
-    if os.path.exists(path):
-        with open(path, newline='') as f:
-            table = {key(row): row for row in csv.DictReader(f)}
-    table.update({key(row): {c: text(row.get(c)) for c in COLUMNS} for row in rows})
-    with open(path + '.part', 'w', newline='') as f:
-        writer = csv.DictWriter(f, COLUMNS, extrasaction='ignore', lineterminator='\n')
-        writer.writeheader()
-        writer.writerows(sorted(table.values(), key=lambda row: (row['material'], row['variant'], int(row['seed']))))
-    os.replace(path + '.part', path)
 
 
 SHOWN = [('l1', 'L1'), ('l1_p95', 'p95'), ('dhr', 'DHR'), ('peak_p95', 'peak95'), ('logrmse', 'logrms'), ('beam', 'beam'),
@@ -214,14 +149,11 @@ def main():
     seeds = [int(s) for s in options.seeds.split(',')]
     if options.quick:
         seeds, options.depth, options.questions, options.patience = seeds[:1], [3, 5], (16, 48), 0
-    names = list(options.known)
-    if options.materials:
-        groups = {'bench': [n for n in names if n.startswith('bench-')], 'own': [n for n in names if not n.startswith('bench-')]}
-        names = [n for word in options.materials.split(',') for n in groups.get(word, [word])]
+    names = chosen(parser, options.materials, options.known) if options.materials else list(options.known)
     variants = list(VARIANTS) if options.variants == 'all' else options.variants.split(',')
-    for word, known in [(n, options.known) for n in names] + [(v, VARIANTS) for v in variants]:
-        if word not in known:
-            parser.error(f'{word}: not one of {", ".join(known)}')
+    for word in variants:
+        if word not in VARIANTS:
+            parser.error(f'{word}: not one of {", ".join(VARIANTS)}')
     comparison = Comparison(options)
     print(f'{"material":15}{"variant":8}seed' + ''.join(f'{title:>8}' for _, title in SHOWN))
     rows, lost = [], 0
@@ -232,10 +164,10 @@ def main():
                 show(row)
                 lost += 'l1' not in row
                 rows.append(row)
-                merge(options.output, [r for r in rows if 'l1' in r])
+                merge(options.output, COLUMNS, [r for r in rows if 'l1' in r])
     print(f'written: {options.output}')
     if lost:
-        sys.exit(f'compare: {lost} of {len(rows)} rows have no result of ours')
+        sys.exit(f'accuracy: {lost} of {len(rows)} rows have no result of ours')
 
 
 if __name__ == '__main__':
