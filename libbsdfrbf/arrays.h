@@ -37,7 +37,8 @@
 	X(28, "cumulative",     cumulative,        2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
 	X(29, "reach",          reach,             2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
 	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT) \
-	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT)
+	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT) \
+	X(32, "trend",          trend,             4ull * c->dhr_steps * c->mesh.borders, RBF_ARRAY_FLOAT | RBF_ARRAY_OPTIONAL)
 
 enum rbf_array_holds {
 	RBF_ARRAY_FLOAT = 1,    /* nothing but floats: all must be finite */

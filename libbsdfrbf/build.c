@@ -9,6 +9,7 @@
 #include "energy.h"
 #include "expect.h"
 #include "sample.h"
+#include "trend.h"
 
 #include <omp.h>
 #include <stdlib.h>
@@ -391,6 +392,8 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 		RBF_TRY(status);
 		done++;
 	}
+	if (rbf_trend_set(model))
+		return out_of_memory(context);
 	rbf_energy_warn(context, model);
 	if (data->name)
 		RBF_TRY(bsdfrbf_set_text(context, model, "name", data->name));

@@ -134,28 +134,43 @@ rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float 
 	return point;
 }
 
-void rbf_dhr_beyond_direction(const rbf_mesh *mesh, uint32_t border, rbf_dhr_polar point, float weight[2], float d[3])
+/* Start p, direction g (unit) and length up to the horizon of the line at `around`. */
+static float line_at(const arc *r, float around, float weight[2], float p[3], float g[3])
 {
-	const arc r = arc_of(mesh, border);
-	const int section = (int)point.around;
-	const float t = point.around - (float)section;
-	float p[3], along[3], g[3];
+	const int section = (int)around;
+	const float t = around - (float)section;
+	float along[3];
 	weight[1] = section == 0 ? t : section == 1 ? 1 : section == 2 ? 1 - t : 0;
 	weight[0] = 1 - weight[1];
 	for (int n = 0; n < 3; n++)
-		p[n] = weight[0] * r.a[n] + weight[1] * r.b[n];
+		p[n] = weight[0] * r->a[n] + weight[1] * r->b[n];
 	rbf_normalize(p);
-	cross(p, r.out, along);
+	cross(p, r->out, along);
 	const float turn = (float)RBF_PI * (section == 0 ? 0 : section == 1 ? t : section == 2 ? 1 : t - 1);
 	const float outward = cosf(turn), forward = sinf(turn);
 	for (int n = 0; n < 3; n++)
-		g[n] = outward * r.out[n] + forward * along[n];
-	const float angle = point.out * to_horizon(p, g), ca = cosf(angle), sa = sinf(angle);
+		g[n] = outward * r->out[n] + forward * along[n];
+	return to_horizon(p, g);
+}
+
+void rbf_dhr_beyond_direction(const rbf_mesh *mesh, uint32_t border, rbf_dhr_polar point, float weight[2], float d[3])
+{
+	const arc r = arc_of(mesh, border);
+	float p[3], g[3];
+	const float angle = point.out * line_at(&r, point.around, weight, p, g), ca = cosf(angle), sa = sinf(angle);
 	for (int n = 0; n < 3; n++)
 		d[n] = ca * p[n] + sa * g[n];
 }
 
-void rbf_dhr_outside(const rbf_component *c, uint32_t border, const float weight[2], const float direction[3], float value[3], float edge[3])
+float rbf_dhr_line(const rbf_mesh *mesh, uint32_t border, float around, float weight[2], float direction[3])
+{
+	const arc r = arc_of(mesh, border);
+	float p[3];
+	return line_at(&r, around, weight, p, direction);
+}
+
+void rbf_dhr_outside(const rbf_component *c, uint32_t border, const float weight[2], const float direction[3], float value[3], float edge[3],
+	float *trend)
 {
 	const uint32_t steps = c->dhr_steps, columns = steps + 1;
 	const float *table = c->dhr + ((size_t)c->mesh.elements * rbf_dhr_element_nodes(c) + (size_t)border * rbf_dhr_border_nodes(c)) * c->channels;
@@ -164,6 +179,10 @@ void rbf_dhr_outside(const rbf_component *c, uint32_t border, const float weight
 	const uint32_t row = piece_of(point.around * (float)steps, 4 * steps, &x), column = piece_of(point.out * (float)steps, steps, &y);
 	quadratic(x, along);
 	quadratic(y, out);
+	*trend = 0;
+	for (uint32_t i = 0; i < 3 && c->trend; i++)
+		*trend += along[i] * c->trend[(size_t)border * 4 * steps + (row + i) % (4 * steps)];
+	*trend *= point.out * (2 - point.out);
 	for (uint32_t n = 0; n < c->channels; n++) {
 		value[n] = edge[n] = 0;
 		for (uint32_t i = 0; i < 3; i++) {

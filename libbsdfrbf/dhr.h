@@ -42,8 +42,13 @@ rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float 
 /* Back: the direction of a point, and its weights. */
 void rbf_dhr_beyond_direction(const rbf_mesh *mesh, uint32_t border, rbf_dhr_polar point, float weight[2], float direction[3]);
 
-/* Values of the table, times max(cos, RBF_DHR_Z): inside an element, or beyond a border and (edge) at the nearest point of it. */
+/* The line of points with the same `around`: weights of the arc's ends where it starts, and its unit direction there (along
+ * the arc's outward normal if `around` < 1). Returns its length, up to the horizon. */
+float rbf_dhr_line(const rbf_mesh *mesh, uint32_t border, float around, float weight[2], float direction[3]);
+
+/* Values of the table, times max(cos, RBF_DHR_Z): inside an element, or beyond a border and (edge) at the nearest point of it.
+ * trend: by how much ln DHR should have changed since there, as far as the incidences within tell (trend.h). */
 void rbf_dhr_inside(const rbf_component *component, uint32_t element, const float weight[3], float value[3]);
 void rbf_dhr_outside(const rbf_component *component, uint32_t border, const float weight[2], const float direction[3],
-	float value[3], float edge[3]);
+	float value[3], float edge[3], float *trend);
 #endif

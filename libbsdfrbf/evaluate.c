@@ -50,20 +50,23 @@ static void set_incident(const rbf_component *c, const float incident[3], rbf_si
 	}
 }
 
-/* Beyond the last measured incidence nothing is known; what is carried on there must not gain energy, as facets without shadows
- * would (1/cos). Returns the factor that prevents it; value: DHR with that factor. */
+#define OUTSIDE_GAIN 2.f /* at most */
+
+/* Beyond the last measured incidence lobes are carried on as from its edge, and DHR follows its trend: facets without shadows would
+ * gain energy there (1/cos), and lobes that sink below the horizon would lose it. Returns the factor that does so; value: DHR with that
+ * factor. */
 static float scale_outside(const rbf_component *c, uint32_t border, const float weight[3], const float incident[3], float value[3])
 {
 	const uint32_t y = rbf_luminance(c->channels);
 	const float *a = c->mesh.vertex[rbf_bound_vertex(&c->mesh, c->mesh.border[border][0])].direction;
 	const float *b = c->mesh.vertex[rbf_bound_vertex(&c->mesh, c->mesh.border[border][1])].direction;
-	float nearest[3], edge[3];
+	float nearest[3], edge[3], trend;
 	for (int n = 0; n < 3; n++)
 		nearest[n] = weight[0] * a[n] + weight[1] * b[n];
 	rbf_normalize(nearest);
-	rbf_dhr_outside(c, border, weight, incident, value, edge);
-	const float most = edge[y] * rbf_max(incident[2], RBF_DHR_Z), here = value[y] * rbf_max(nearest[2], RBF_DHR_Z);
-	const float scale = most < here ? most / here : 1;
+	rbf_dhr_outside(c, border, weight, incident, value, edge, &trend);
+	const float wanted = edge[y] * rbf_max(incident[2], RBF_DHR_Z) * expf(trend), here = value[y] * rbf_max(nearest[2], RBF_DHR_Z);
+	const float scale = here > 0 ? rbf_min(wanted / here, OUTSIDE_GAIN) : 1;
 	for (uint32_t n = 0; n < c->channels; n++)
 		value[n] *= scale;
 	return scale;

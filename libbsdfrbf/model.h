@@ -91,6 +91,7 @@ typedef struct rbf_component {
 	uint32_t edges;                 /* directed edges among them */
 	uint32_t dhr_steps;             /* even */
 	const float *dhr;               /* table of the scattered part's DHR, see dhr.h */
+	const float *trend;             /* [borders][4 dhr_steps], or NULL: change of ln DHR from the border to the horizon, see dhr.h */
 	const rbf_base_info *base_info; /* [mesh.bases] */
 	rbf_facts facts;
 } rbf_component;

@@ -131,21 +131,39 @@ static void samples_agree(void **state)
 	}
 }
 
-/* Beyond the last measured incidence energy is never more than at the mesh's edge. */
-static void no_gain_outside(void **state)
+static double dhr_of(const bsdfrbf_model *model, int transmit, double theta, double phi)
+{
+	double d[3];
+	float dhr[3];
+	polar(theta, phi, d);
+	const float in[3] = {(float)d[0], (float)d[1], (float)d[2]};
+	bsdfrbf_dhr(model, in, transmit, dhr);
+	for (int n = 0; n < bsdfrbf_channels(model); n++)
+		assert_true(dhr[n] >= 0 && dhr[n] < 1.02f);
+	return (double)dhr[bsdfrbf_channels(model) == 3];
+}
+
+/* Beyond the last measured incidence DHR goes on as it came, without a step, and is never more than all light. */
+static void goes_on_outside(void **state)
 {
 	(void)state;
 	for (int m = 0; m < FIXTURES; m++) {
+		const plan *p = &fixture_plan[m];
+		const double edge = p->theta[p->thetas - 1], spacing = edge - p->theta[p->thetas - 2], phi = p->phi0 + p->phi_step;
 		int transmit;
-		fixture_component(fixture_model[m], &transmit);
-		for (double theta = 60; theta < 89.95; theta += .5) {
-			double d[3];
-			float dhr[3];
-			polar(theta, 20, d);
-			const float in[3] = {(float)d[0], (float)d[1], (float)d[2]};
-			bsdfrbf_dhr(fixture_model[m], in, transmit, dhr);
-			for (int n = 0; n < bsdfrbf_channels(fixture_model[m]); n++)
-				assert_true(dhr[n] >= 0 && dhr[n] < 1.02f);
+		const rbf_component *c = fixture_component(fixture_model[m], &transmit);
+		const double lambertian = (double)c->lambertian[c->channels == 3];
+		const double here = dhr_of(fixture_model[m], transmit, edge, phi) - lambertian;
+		const double before = dhr_of(fixture_model[m], transmit, edge - spacing, phi) - lambertian;
+		const double trend = log(here / before) / spacing;
+		double last = here;
+		for (double theta = edge + .25; theta < 89.95; theta += .25) {
+			const double next = dhr_of(fixture_model[m], transmit, theta, phi) - lambertian, expected = here * exp(trend * (theta - edge));
+			if (!(fabs(next / last - 1) < .02))
+				fail_msg("%s: DHR %.4f at %g degrees, %.4f before", p->material, next, theta, last);
+			if (p->phis == 1 && theta < edge + 2 && !(fabs(next - expected) < .35 * fabs(expected - here) + .003 * here))
+				fail_msg("%s: DHR %.4f at %g degrees, %.4f at the edge, expected %.4f", p->material, next, theta, here, expected);
+			last = next;
 		}
 	}
 }
@@ -156,7 +174,7 @@ int main(void)
 		cmocka_unit_test(quadrature_agrees),
 		cmocka_unit_test(swapped_agrees),
 		cmocka_unit_test(samples_agree),
-		cmocka_unit_test(no_gain_outside),
+		cmocka_unit_test(goes_on_outside),
 	};
 	return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }
