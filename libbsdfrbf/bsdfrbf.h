@@ -22,7 +22,9 @@
  *               mutable globals.
  * Threads       A context belongs to one thread at a time. A bsdfrbf_model is
  *               immutable once built or opened: any number of threads and of
- *               forked processes may evaluate and sample it together. OpenMP
+ *               forked processes may evaluate and sample it together (what it
+ *               works out when first asked, for DHR and samples by reciprocity,
+ *               it keeps, safely for all threads; up to some 10 MB). OpenMP
  *               is used only inside bsdfrbf_build() and the bsdfrbf_write_ functions.
  * Ownership     Who gets a pointer from a *_new, *_open or *_build function
  *               releases it with the matching *_free or *_close, which take

@@ -2,14 +2,6 @@
 #include "bounds.h"
 #include "dhr.h"
 
-/* Nodes 0, 1 and 2 of a piece with t in [0, 2]. */
-static inline void quadratic(float t, float weight[3])
-{
-	weight[0] = .5f * (t - 1) * (t - 2);
-	weight[1] = t * (2 - t);
-	weight[2] = .5f * t * (t - 1);
-}
-
 /* First node of the piece that holds x (in steps), an even number, and the rest. */
 static inline uint32_t piece_of(float x, uint32_t steps, float *rest)
 {
@@ -35,7 +27,7 @@ void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight
 	if (c->mesh.symmetry == RBF_ISOTROPIC) {
 		float t;
 		const uint32_t at = piece_of(weight[1] * (float)steps, steps, &t);
-		quadratic(t, part);
+		rbf_quadratic(t, part);
 		nodes = 3;
 		for (uint32_t n = 0; n < nodes; n++)
 			node[n] = at + n;
@@ -177,8 +169,8 @@ void rbf_dhr_outside(const rbf_component *c, uint32_t border, const float weight
 	const rbf_dhr_polar point = rbf_dhr_beyond(&c->mesh, border, weight, direction);
 	float x, y, along[3], out[3];
 	const uint32_t row = piece_of(point.around * (float)steps, 4 * steps, &x), column = piece_of(point.out * (float)steps, steps, &y);
-	quadratic(x, along);
-	quadratic(y, out);
+	rbf_quadratic(x, along);
+	rbf_quadratic(y, out);
 	*trend = 0;
 	for (uint32_t i = 0; i < 3 && c->trend; i++)
 		*trend += along[i] * c->trend[(size_t)border * 4 * steps + (row + i) % (4 * steps)];

@@ -33,6 +33,14 @@ static inline uint32_t rbf_dhr_lattice(uint32_t steps, uint32_t p, uint32_t q)
 	return q * (steps + 1) - (q * q - q) / 2 + p;
 }
 
+/* Weights of nodes 0, 1 and 2 of a quadratic piece, t in [0, 2]. */
+static inline void rbf_quadratic(float t, float weight[3])
+{
+	weight[0] = .5f * (t - 1) * (t - 2);
+	weight[1] = t * (2 - t);
+	weight[2] = .5f * t * (t - 1);
+}
+
 /* A point beyond a border: `around` in [0, 4), `out` in [0, 1] (0: the arc, 1: the horizon). */
 typedef struct rbf_dhr_polar { float around, out; } rbf_dhr_polar;
 

@@ -33,7 +33,7 @@ static void set_folded(const rbf_component *c, const float incident[3], rbf_site
 	memcpy(site->incident, incident, sizeof site->incident);
 }
 
-static void set_incident(const rbf_component *c, const float incident[3], rbf_site *site)
+void rbf_site_turn(const rbf_component *c, const float incident[3], rbf_site *site)
 {
 	set_folded(c, incident, site);
 	if (c->mesh.symmetry == RBF_ISOTROPIC) {
@@ -75,7 +75,7 @@ static float scale_outside(const rbf_component *c, uint32_t border, const float 
 void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
 	const rbf_vertex vertex[], const float weight[], rbf_site *site)
 {
-	set_incident(component, incident, site);
+	rbf_site_turn(component, incident, site);
 	set_corners(site, vertex, weight, corners);
 }
 
@@ -129,7 +129,7 @@ void rbf_site_locate(const rbf_component *component, const float incident[3], rb
 	rbf_site turned;
 	uint32_t corner[3];
 	float weight[3], dhr[3];
-	set_incident(component, incident, &turned);
+	rbf_site_turn(component, incident, &turned);
 	const uint32_t item = rbf_mesh_locate(&component->mesh, turned.incident, corner, weight);
 	rbf_site_place(component, item, weight, turned.incident, site);
 	site->op = turned.op;
@@ -261,7 +261,7 @@ void rbf_component_dhr(const rbf_component *c, const float incident[3], float va
 	rbf_site site;
 	uint32_t corner[3];
 	float weight[3];
-	set_incident(c, incident, &site);
+	rbf_site_turn(c, incident, &site);
 	const uint32_t item = rbf_mesh_locate(&c->mesh, site.incident, corner, weight);
 	if (item & RBF_MESH_BORDER)
 		scale_outside(c, item & ~RBF_MESH_BORDER, weight, site.incident, value);

@@ -37,6 +37,9 @@ void rbf_site_place(const rbf_component *component, uint32_t item, const float w
 void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
 	const rbf_vertex vertex[], const float weight[], rbf_site *site);
 
+/* Only which operation (or rotation) folds a direction, and site->incident, the folded one. */
+void rbf_site_turn(const rbf_component *component, const float incident[3], rbf_site *site);
+
 /* Turns an exitant direction into the site's folded coordinates, and back. */
 void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3]);
 void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[3]);

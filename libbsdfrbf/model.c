@@ -6,7 +6,15 @@
 
 bsdfrbf_model *rbf_model_new(void)
 {
-	return calloc(1, sizeof(bsdfrbf_model));
+	bsdfrbf_model *model = calloc(1, sizeof *model);
+	if (!model)
+		return NULL;
+	model->late = calloc(1, sizeof *model->late);
+	if (!model->late) {
+		free(model);
+		return NULL;
+	}
+	return model;
 }
 
 void rbf_component_free(rbf_component *component)
@@ -14,6 +22,17 @@ void rbf_component_free(rbf_component *component)
 	for (int row = 0; row < RBF_ARRAY_ROWS; row++)
 		free((void *)rbf_array_get(component, row));
 	memset(component, 0, sizeof *component);
+}
+
+static void free_late(rbf_late *late)
+{
+	for (int side = 0; side < 2; side++) {
+		rbf_reciprocal *r = atomic_load_explicit(&late->reciprocal[side], memory_order_acquire);
+		for (uint32_t n = 0; r && n < r->grid.first[r->grid.rings]; n++)
+			free(atomic_load_explicit(&r->cell[n], memory_order_acquire));
+		free(r);
+	}
+	free(late);
 }
 
 void bsdfrbf_close(bsdfrbf_model *model)
@@ -27,6 +46,7 @@ void bsdfrbf_close(bsdfrbf_model *model)
 			rbf_component_free(model->component + i);
 		free(model->text);
 	}
+	free_late(model->late);
 	free(model);
 }
 

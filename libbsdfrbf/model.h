@@ -13,6 +13,8 @@
 #define RBF_MODEL_H
 #include "mesh.h"
 
+#include <stdatomic.h>
+
 #define RBF_LANES 8       /* lobes in a block */
 #define RBF_MAX_FRAMES 4  /* frames of a component */
 
@@ -97,6 +99,24 @@ typedef struct rbf_component {
 } rbf_component;
 #define RBF_NO_SHIFT 0xffffffffu
 
+#define RBF_RECIPROCAL_RINGS 24
+
+/* Cells of a component's exitant directions (reciprocal.h): rings of equal width in polar angle, each cut into sectors. */
+typedef struct rbf_reciprocal_grid {
+	uint32_t rings;
+	uint32_t first[RBF_RECIPROCAL_RINGS + 1];  /* first cell of each ring, and how many there are in all */
+} rbf_reciprocal_grid;
+
+typedef struct rbf_reciprocal {
+	rbf_reciprocal_grid grid;
+	void *_Atomic cell[];   /* one malloc'ed block each that never changes any more, or NULL: not yet made */
+} rbf_reciprocal;
+
+/* What is worked out when it is first asked for, by whichever thread asks, and kept: the one part of a model that is not fixed. */
+typedef struct rbf_late {
+	rbf_reciprocal *_Atomic reciprocal[2];     /* of tf, tb where the other one is missing */
+} rbf_late;
+
 struct bsdfrbf_model {
 	uint32_t channels;
 	rbf_component component[4];
@@ -104,6 +124,7 @@ struct bsdfrbf_model {
 	uint32_t text_bytes;
 	void *mapping;          /* the mapped file, or NULL: arrays were malloc'ed one by one */
 	size_t mapping_bytes;
+	rbf_late *late;
 };
 
 /* Allocates an empty model / frees a model with all it owns (unmaps, or frees arrays). */

@@ -26,14 +26,10 @@ void bsdfrbf_dhr_scatter(const bsdfrbf_model *model, const float incident[3], in
 		value[n] = 0;
 	if (!c)
 		return;
-	if (swapped) {
-		rbf_reciprocal table;
-		rbf_reciprocal_make(c, local, &table);
-		for (uint32_t n = 0; n < model->channels; n++)
-			value[n] = (float)table.dhr[n];
-		return;
-	}
-	rbf_component_dhr(c, local, v);
+	if (swapped)
+		rbf_reciprocal_dhr(model, c, local, v);
+	else
+		rbf_component_dhr(c, local, v);
 	memcpy(value, v, model->channels * sizeof *value);
 }
 
@@ -47,25 +43,22 @@ void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transm
 		value[n] += c->lambertian[n];
 }
 
-/* What answers for one incident direction: its place in the mesh, or a table made from the other side. */
+/* What answers for one incident direction: its place in the mesh, or the direction alone where the sides are swapped. */
 typedef struct sampler {
+	const bsdfrbf_model *model;
 	const rbf_component *component;
 	int swapped, below; /* below: outgoing vectors have z < 0 */
-	union {
-		rbf_site site;
-		rbf_reciprocal table;
-	} by;
+	float local[3];
+	rbf_site site;
 } sampler;
 
 static void sampler_find(const bsdfrbf_model *model, const float incident[3], int transmit, sampler *s)
 {
-	float local[3];
-	s->component = side_of(model, incident, transmit, local, &s->swapped);
+	s->model = model;
+	s->component = side_of(model, incident, transmit, s->local, &s->swapped);
 	s->below = (incident[2] < 0) != (transmit != 0);
-	if (s->component && s->swapped)
-		rbf_reciprocal_make(s->component, local, &s->by.table);
-	else if (s->component)
-		rbf_site_locate(s->component, local, &s->by.site);
+	if (s->component && !s->swapped)
+		rbf_site_locate(s->component, s->local, &s->site);
 }
 
 static int sampler_draw(const sampler *s, double u, float outgoing[3])
@@ -73,7 +66,8 @@ static int sampler_draw(const sampler *s, double u, float outgoing[3])
 	outgoing[0] = outgoing[1] = outgoing[2] = 0;
 	if (!s->component)
 		return 0;
-	const int drawn = s->swapped ? rbf_reciprocal_sample(&s->by.table, u, outgoing) : rbf_site_sample(&s->by.site, u, outgoing);
+	const int drawn = s->swapped ? rbf_reciprocal_sample(s->model, s->component, s->local, u, outgoing)
+		: rbf_site_sample(&s->site, u, outgoing);
 	if (s->below)
 		outgoing[2] = -outgoing[2];
 	return drawn;

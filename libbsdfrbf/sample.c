@@ -100,7 +100,7 @@ static uint64_t scramble(uint64_t *state) /* SplitMix64: Steele et al., Fast spl
 	return z ^ (z >> 31);
 }
 
-static double uniform(uint64_t *state)
+double rbf_uniform(uint64_t *state)
 {
 	return (double)(scramble(state) >> 11) * 0x1p-53;
 }
@@ -178,7 +178,7 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 		const float kappa = c->block[block].k[lane];
 		double a, b;
 		if (attempt)
-			a = uniform(&state), b = uniform(&state);
+			a = rbf_uniform(&state), b = rbf_uniform(&state);
 		else
 			rbf_split_number(u, &a, &b);
 		if (kappa > 0) {
@@ -188,12 +188,12 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 			const float value = carry(site, k, frame, drawn, folded);
 			const float *reach = c->reach + (size_t)block * RBF_LANES + lane;
 			const float bound = rbf_warp_bound(&site->warp[k][frame], reach[lanes]) * reach[0];
-			if (value > 0 && (value >= bound || uniform(&state) * bound < value)) {
+			if (value > 0 && (value >= bound || rbf_uniform(&state) * bound < value)) {
 				rbf_site_unfold(site, folded, exitant);
 				return 1;
 			}
 		}
-		u = uniform(&state);
+		u = rbf_uniform(&state);
 	}
 	return 0;
 }

@@ -11,6 +11,9 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3]);
 /* One number of [0, 1) into two, by its odd and even bits: what was stratified stays so in both. */
 void rbf_split_number(double u, double *a, double *b);
 
+/* A number of [0, 1) from a state that any number may start. */
+double rbf_uniform(uint64_t *state);
+
 /* DHR of the scattered part by quadrature over the lobes, per channel. */
 void rbf_site_dhr(const rbf_site *site, double value[3]);
 

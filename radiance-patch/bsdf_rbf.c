@@ -267,7 +267,7 @@ static const SDFunc	SDhandleRbf = {
 };
 
 /* Finds the largest DHR and the smallest projected solid angle. A single transmission (both) answers for both incident
- * sides; its DHR is looked at from the measured side only, since the other one takes milliseconds each and differs little. */
+ * sides; its DHR is looked at from the measured side only: the other side's tables are made only for the directions that rays need. */
 static void
 rbf_extrema(SDSpectralDF *df, const RBFpart *part, int both)
 {

@@ -49,7 +49,7 @@ static uint64_t answer(const bsdfrbf_model *m, int n)
 		out[i][2] = (float)(random_unit(&seed) + .01) * (transmit ? -1 : 1);
 		u[i] = random_unit(&seed);
 	}
-	if (transmit && n % 32 == 0) { /* from the side that was not measured, which is slow */
+	if (transmit && n % 32 == 0) { /* from the side that was not measured, which is slow at first */
 		in[0][2] = -in[0][2];
 		out[0][2] = -out[0][2];
 	}
@@ -320,6 +320,8 @@ static int setup(void **state)
 		expected[k] = malloc(QUESTIONS * sizeof *expected[k]);
 		for (int n = 0; n < QUESTIONS; n++)
 			expected[k][n] = answer(model[k], n);
+		bsdfrbf_close(model[k]); /* what is worked out when it is first asked for is to be worked out by many at once */
+		assert_int_equal(bsdfrbf_open(NULL, path[k], &model[k]), BSDFRBF_OK);
 	}
 	return 0;
 }
