@@ -10,7 +10,8 @@
  * With -held N also written, all float32: query.bin (rows: incident x y z, outgoing x y z) for N incident directions
  * between the measured ones, on a grid of equal projected solid angle; truth.bin (f, or X Y Z if coloured); and
  * beams.bin and beams_truth.bin, the same at the maxima that the material declares. With -measured the questions are
- * at N of the measured incident directions instead: the error of the fit alone.
+ * at N of the measured incident directions instead: the error of the fit alone. With -incidences N the material is measured
+ * at N directions spread evenly over the hemisphere, whatever its symmetry.
  */
 #include "materials.h"
 #include <errno.h>
@@ -63,10 +64,30 @@ static void direction(double theta_deg, double phi_deg, double v[3])
 static struct {
 	uint64_t seed;
 	double noise, maxout, hole, theta[2], spoil;
-	int every, held, grid, base, peak, xyz, measured;
-} option = {7, .02, 90, 0, {0, -1}, 0, 1, 0, 64, 2500, 3000, 0, 0};
+	int every, held, grid, base, peak, xyz, measured, incidences;
+} option = {7, .02, 90, 0, {0, -1}, 0, 1, 0, 64, 2500, 3000, 0, 0, 0};
 
 static const struct material *material;
+
+static int incidences(void)
+{
+	return option.incidences ? option.incidences : 1 + material->steps.thetas * material->steps.phis;
+}
+
+/* Normal incidence first. With -incidences, a spiral with the golden angle: each stands for the same solid angle. */
+static void incidence(int index, double *theta_deg, double *phi_deg)
+{
+	const struct steps *s = &material->steps;
+	*theta_deg = *phi_deg = 0;
+	if (index && option.incidences) {
+		const double most = s->theta[s->thetas - 1] * RADIAN;
+		*theta_deg = acos(1 - (1 - cos(most)) * index / (option.incidences - 1)) / RADIAN;
+		*phi_deg = fmod(index * 137.50776405003785, 360);
+	} else if (index) {
+		*theta_deg = s->theta[(index - 1) / s->phis];
+		*phi_deg = s->phi0 + (index - 1) % s->phis * s->phi_step;
+	}
+}
 
 /* One sample, unless it is out of the detector's reach. */
 static void measure(FILE *out, const double in[3], const double at[3])
@@ -237,8 +258,9 @@ static void hold_out(const char *folder)
 		const double z = cos(lo * RADIAN) - uniform() * (cos(lo * RADIAN) - cos(hi * RADIAN)), phi = 360 * uniform();
 		direction(acos(z) / RADIAN, phi, in);
 		if (option.measured) {
-			const int index = (int)((n + .5) * (s->thetas * s->phis + 1) / option.held);
-			direction(index ? s->theta[(index - 1) / s->phis] : 0, index ? s->phi0 + (index - 1) % s->phis * s->phi_step : 0, in);
+			double theta_deg, phi_deg;
+			incidence((int)((n + .5) * incidences() / option.held), &theta_deg, &phi_deg);
+			direction(theta_deg, phi_deg, in);
 		}
 		for (int y = 0; y < option.grid; y++)
 			for (int x = 0; x < option.grid; x++) {
@@ -268,7 +290,7 @@ static void usage(void)
 {
 	fputs("usage: goniometer [-seed S] [-noise SHARE] [-spoil SHARE] [-every K] [-maxout DEG] [-hole DEG]\n"
 		"                  [-held N] [-grid N] [-theta LO HI] [-measured]\n"
-		"                  [-samples BASE PEAK] [-xyz] MATERIAL OUTDIR\n"
+		"                  [-incidences N] [-samples BASE PEAK] [-xyz] MATERIAL OUTDIR\n"
 		"       goniometer -list\n", stderr);
 	exit(1);
 }
@@ -308,6 +330,8 @@ int main(int argc, char **argv)
 			option.maxout = number(&argv);
 		else if (!strcmp(o, "hole"))
 			option.hole = number(&argv);
+		else if (!strcmp(o, "incidences"))
+			option.incidences = (int)fmax(number(&argv), 2);
 		else if (!strcmp(o, "held"))
 			option.held = (int)number(&argv);
 		else if (!strcmp(o, "grid"))
@@ -330,13 +354,11 @@ int main(int argc, char **argv)
 		die(strerror(errno), folder);
 	option.xyz |= material->coloured;
 
-	const struct steps *s = &material->steps;
-	int index = 0;
-	measure_incidence(folder, index++, 0, 0);
-	for (int t = 0; t < s->thetas; t++)
-		for (int p = 0; p < s->phis; p++, index++)
-			if (index % option.every == 0)
-				measure_incidence(folder, index, s->theta[t], s->phi0 + p * s->phi_step);
+	for (int index = 0; index < incidences(); index += option.every) {
+		double theta, phi;
+		incidence(index, &theta, &phi);
+		measure_incidence(folder, index, theta, phi);
+	}
 	if (option.held > 0)
 		hold_out(folder);
 	FILE *note = create(folder, "sample");

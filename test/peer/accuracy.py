@@ -20,7 +20,7 @@ sys.path[:0] = [HERE, os.path.dirname(HERE)]
 import score as scoring  # noqa: E402
 import stock  # noqa: E402
 from measured import BUILD, ROOT, VARIANTS, WORK, binary, chosen, materials, measure, measurements  # noqa: E402
-from render import picture_seconds  # noqa: E402
+from render import picture  # noqa: E402
 from table import merge  # noqa: E402
 
 COLUMNS = ('material variant seed l1 l1_p95 dhr dhr_max peak peak_p95 logrmse beam predicted_l1 lobes bytes '
@@ -70,7 +70,7 @@ class Comparison:
     def peers(self, row, folder, files, record, pairs, channels, symmetry, side, finer):
         """finer(cells): the folder with questions on a grid of at least that many cells a side."""
         key = stock.checksum(files)
-        if self.options.peers == 'kept' and not os.path.exists(os.path.join(self.stock.cache, key, 'interpolant.sir')):
+        if self.options.peers == 'kept' and not self.stock.has(key, 'interpolant.sir'):
             return
         made = self.stock.interpolant(key, files, 2)
         if not made:
@@ -85,8 +85,7 @@ class Comparison:
         if answers:
             row.update({'sir_' + k: v for k, v in scoring.score(folder, answers).items() if 'sir_' + k in COLUMNS})
         depth = self.options.depth[symmetry == 'isotropic']
-        if not depth or self.options.peers == 'kept' and not os.path.exists(
-                os.path.join(self.stock.cache, key, f'tree{depth}.xml')):
+        if not depth or self.options.peers == 'kept' and not self.stock.has(key, f'tree{depth}.xml'):
             return
         made = self.stock.tree(key, sir, depth)
         if not made:
@@ -99,8 +98,8 @@ class Comparison:
         if channels == 1:
             row['tree_l1'] = stock.tree_error(evaluate, finer(2 << depth))['l1']
         if self.options.render and os.path.exists(os.path.join(BUILD, 'radiance', 'bin', 'rpict')):
-            row['render_ratio'] = (picture_seconds(BUILD, folder, record, side == 'T')
-                                   / picture_seconds(BUILD, folder, xml, side == 'T'))
+            ours, theirs = stock.interleaved([picture(BUILD, folder, file, side == 'T', 200) for file in (record, xml)])
+            row['render_ratio'] = float(ours[1] / theirs[1])
 
     def compare(self, name, variant, seed):
         symmetry, side, theta = self.options.known[name]

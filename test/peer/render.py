@@ -2,7 +2,7 @@
 """Times one picture rendered with a recorded file against the same with a tensor tree: patched rpict, same scene."""
 import os
 
-from stock import median_run, run
+from stock import run
 
 # The sample stands upright in the plane x = 0, its front towards the camera at +x, beside a sphere of it if it reflects.
 SCENE = """void BSDF sample
@@ -48,8 +48,8 @@ sample sphere ball
 """
 
 
-def picture_seconds(build, folder, record, transmits, size=200, samples=16):
-    """Wall seconds of rpict for `record`, a .rbf or .xml file."""
+def picture(build, folder, record, transmits, size, samples=16):
+    """A function that renders `record`, a .rbf or .xml file, once, and returns (wall, cpu) seconds of rpict."""
     binaries = os.path.join(build, 'radiance', 'bin')
     env = dict(os.environ, PATH=binaries + ':' + os.environ.get('PATH', ''), RAYPATH=':'.join(('.', folder, os.path.join(build, 'radiance', 'lib'))))
     stem = os.path.join(folder, 'render_' + record.rsplit('.', 1)[1])
@@ -58,4 +58,4 @@ def picture_seconds(build, folder, record, transmits, size=200, samples=16):
     run([os.path.join(binaries, 'oconv'), stem + '.rad'], stdout=stem + '.oct', env=env)
     view = '-vp 4 .5 1.2 -vd -1 -.1 -.05 -vu 0 0 1 -vh 40 -vv 40'.split()
     command = [os.path.join(binaries, 'rpict'), '-x', str(size), '-y', str(size), '-ps', '1', '-ab', '0', '-ss', str(samples)]
-    return median_run(command + view + [stem + '.oct'], stdout=stem + '.hdr', env=env)[0]
+    return lambda: run(command + view + [stem + '.oct'], stdout=stem + '.hdr', env=env)

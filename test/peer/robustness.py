@@ -32,10 +32,13 @@ def ours(folder, channels, threads):
     return scoring.score(folder, answers)['l1']
 
 
-def theirs(tools, folder, channels, threads):
-    """L1, or why there is none."""
+def theirs(tools, folder, channels, threads, kept):
+    """L1; "failed"; or None if it is not known."""
     files = measured.measurements(folder)
-    made = tools.interpolant(stock.checksum(files), files, threads)
+    key = stock.checksum(files)
+    if kept and not tools.has(key, 'interpolant.sir'):
+        return None
+    made = tools.interpolant(key, files, threads)
     if not made:
         return 'failed'
     answers = tools.query_sir(made[0], folder, channels)
@@ -47,6 +50,7 @@ def main():
     parser.add_argument('-m', '--materials', help=f'names, separated by commas; "bench" and "own" name groups (default bench,{",".join(OWN)})')
     parser.add_argument('-v', '--disturbances', default=','.join(list(measured.VARIANTS)[1:]), help='default %(default)s')
     parser.add_argument('-s', '--seed', type=int, default=7, help='default %(default)s')
+    parser.add_argument('-p', '--peers', choices=('all', 'kept'), default='all', help='kept: only where their results are at hand')
     parser.add_argument('-n', '--threads', type=int, default=2, help='of both builders (default %(default)s)')
     parser.add_argument('-o', '--output', default=os.path.join(measured.ROOT, 'test', 'robustness.csv'))
     options = parser.parse_args()
@@ -66,7 +70,7 @@ def main():
         for variant in ['full', *disturbances]:
             folder = measured.measure(name, known[name][2], variant, options.seed, 40, 64)
             channels = 3 if name == 'film' else 1
-            pair = ours(folder, channels, options.threads), theirs(tools, folder, channels, options.threads)
+            pair = ours(folder, channels, options.threads), theirs(tools, folder, channels, options.threads, options.peers == 'kept')
             if variant == 'full':
                 clean = pair
                 continue

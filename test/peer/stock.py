@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The stock Radiance tools of the pyradiance wheel, run beside ours. Slow results are kept under a check sum of the data."""
+import contextlib
 import ctypes
 import hashlib
 import json
@@ -47,6 +48,30 @@ def median_run(command, repeat=3, limit=3., **files):
     return tuple(statistics.median(t[k] for t in times) for k in (0, 1))
 
 
+def interleaved(runs, rounds=3):
+    """Medians of what each of the functions in `runs` returns (numbers, or tuples of them), called in turn."""
+    results = [[one() for one in runs] for _ in range(rounds)]
+    return [np.median([row[k] for row in results], 0) for k in range(len(runs))]
+
+
+@contextlib.contextmanager
+def on_one_core(core):
+    """Keeps this process, and what it starts, to a core: moving between them costs time that is nobody's."""
+    had = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {core})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, had)
+
+
+def machine():
+    """What the figures were measured on."""
+    with open('/proc/cpuinfo') as f:
+        model = next((line.split(':', 1)[1].strip() for line in f if line.startswith('model name')), '')
+    return {'processor': model, 'cores': os.cpu_count(), 'load': os.getloadavg()[0], 'date': time.strftime('%Y-%m-%d %H:%M')}
+
+
 def calibration():
     """Seconds of a fixed piece of arithmetic: times from different moments are compared through it."""
     x = np.linspace(0, 1, 1 << 16)
@@ -79,6 +104,10 @@ class Stock:
 
     def tool(self, name):
         return os.path.join(self.bin, name)
+
+    def has(self, key, name):
+        """Whether a slow result is kept, be it that the tool failed."""
+        return os.path.exists(os.path.join(self.cache, key, name + '.json'))
 
     def slow(self, key, name, command, files):
         """Runs command > cache/key/name unless that is there. Returns (path, wall, cpu, fresh); wall and cpu of an
@@ -188,11 +217,12 @@ def tree_error(evaluate, folder):
 
 
 def seconds_a_pair(evaluate, pairs, channels, repeat=7):
+    """Processor time of an evaluator."""
     answers = np.empty((len(pairs), channels), '<f4')
     evaluate(pairs, answers)  # warm
     times = []
     for _ in range(repeat):
-        start = time.perf_counter()
+        start = time.process_time()
         evaluate(pairs, answers)
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     return statistics.median(times) / len(pairs)
