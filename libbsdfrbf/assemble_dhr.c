@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "assemble.h"
 #include "dhr.h"
-#include "sample.h"
+#include "integrate.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -6,13 +6,14 @@
  */
 #include "fit.h"
 #include "arrange.h"
+#include "equations.h"
 #include "neighbours.h"
 #include "nonnegative.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { SMOOTH = 8, SPACING = 5, GROUP = 16, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16 };
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16 };
 static const float PEAK_MIN = .01f, PEAK_PART = .05f; /* of the highest peak; of a peak's own height */
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
@@ -21,7 +22,6 @@ static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
 static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
 static const double WEIGHT_FLOOR = 1e-3;
-static const double CUT = 5;            /* sigmas beyond which a lobe is left out of the equations: exp(-12.5) */
 
 /* Working arrays of one fit. */
 typedef struct work {
@@ -36,9 +36,8 @@ typedef struct work {
 	uint32_t lobes;
 	float (*centre)[3];
 	float *kappa;
-	double squares[3];        /* weighted, of y */
-	double count;             /* samples that count */
-	double *gram, *right, *amplitude; /* normal equations and their solution, the latter two by channel */
+	rbf_equations equations;
+	double *amplitude;        /* their solution, by channel */
 } work;
 
 static void work_free(work *k)
@@ -52,8 +51,7 @@ static void work_free(work *k)
 	free(k->outlier);
 	free(k->centre);
 	free(k->kappa);
-	free(k->gram);
-	free(k->right);
+	rbf_equations_free(&k->equations);
 	free(k->amplitude);
 }
 
@@ -274,95 +272,29 @@ static int place(work *k, uint32_t lobes, const float *y)
 	return 0;
 }
 
-/* Normal equations, with weights w_i^2, w_i = max(signal, floor)^-1/2 from the smoothed signal (the noisy one would bias the
- * energy). Samples come in small groups of near ones (tree order): the lobes that matter to a group are listed once, and its
- * small dense product is added to the whole. */
+/* Normal equations, with weights max(signal, floor)^-1 from the smoothed signal (the noisy one would bias the energy). */
 static int equations(work *k, int channels)
 {
 	const size_t m = k->lobes;
-	uint32_t *list = malloc((m + 1) * sizeof *list);
-	float *value = malloc((m + 1) * GROUP * sizeof *value), *tile = malloc((m + 1) * sizeof *tile);
-	free(k->gram);
-	free(k->right);
-	k->gram = calloc(m * m + 1, sizeof *k->gram);
-	k->right = calloc(m * (size_t)channels + 1, sizeof *k->right);
-	if (!k->amplitude)
-		k->amplitude = calloc(m * (size_t)channels + 1, sizeof *k->amplitude);
-	if (!list || !value || !tile || !k->gram || !k->amplitude || !k->right) {
-		free(list);
-		free(value);
-		free(tile);
-		return -1;
-	}
+	rbf_equations *e = &k->equations;
 	float top = 0;
+	double mean = 0;
 	for (size_t i = 0; i < k->n; i++)
 		top = fmaxf(top, k->smooth[i]);
-	k->count = 0;
-	for (int c = 0; c < channels; c++)
-		k->squares[c] = 0;
-	for (size_t from = 0; from < k->n; from += GROUP) {
-		const size_t size = k->n - from < GROUP ? k->n - from : GROUP;
-		float middle[3] = {0, 0, 0}, radius = 0, weight[GROUP];
-		for (size_t s = 0; s < size; s++)
-			for (int a = 0; a < 3; a++)
-				middle[a] += k->w[from + s][a] / (float)size;
-		for (size_t s = 0; s < size; s++) {
-			const float *w = k->w[from + s];
-			const float x = w[0] - middle[0], y = w[1] - middle[1], z = w[2] - middle[2];
-			radius = fmaxf(radius, sqrtf(x*x + y*y + z*z));
-			weight[s] = k->outlier[from + s] ? 0 : 1 / fmaxf(k->smooth[from + s], (float)WEIGHT_FLOOR * top);
-		}
-		size_t near = 0;
-		for (uint32_t j = 0; j < m; j++) {
-			const float *c = k->centre[j];
-			const float x = c[0] - middle[0], y = c[1] - middle[1], z = c[2] - middle[2];
-			const float limit = radius + (float)CUT / sqrtf(k->kappa[j]);
-			if (x*x + y*y + z*z < limit * limit)
-				list[near++] = j;
-		}
-		for (size_t s = 0; s < size; s++) {
-			const float *w = k->w[from + s];
-			float *row = value + s * near;
-			for (size_t p = 0; p < near; p++) {
-				const float *c = k->centre[list[p]];
-				const float x = w[0] - c[0], y = w[1] - c[1], z = w[2] - c[2];
-				const float e = .5f * k->kappa[list[p]] * (x*x + y*y + z*z);
-				row[p] = e < 30 ? expf(-e) : 0;
-			}
-			k->count += weight[s] > 0;
-			for (int c = 0; c < channels; c++)
-				k->squares[c] += (double)(weight[s] * k->y[c][from + s] * k->y[c][from + s]);
-			for (int c = 0; c < channels; c++)
-				for (size_t p = 0; p < near; p++)
-					k->right[(size_t)c * m + list[p]] += (double)(weight[s] * row[p] * k->y[c][from + s]);
-		}
-		for (size_t p = 0; p < near; p++) {
-			for (size_t q = p; q < near; q++)
-				tile[q] = 0;
-			for (size_t s = 0; s < size; s++) {
-				const float *restrict row = value + s * near, f = weight[s] * row[p];
-				float *restrict t = tile;
-				if (f > 0)
-					for (size_t q = p; q < near; q++)
-						t[q] += f * row[q];
-			}
-			double *row = k->gram + (size_t)list[p] * m;
-			for (size_t q = p; q < near; q++)
-				row[list[q]] += (double)tile[q];
-		}
-	}
-	double mean = 0;
+	float *weight = k->spacing; /* no longer needed */
+	for (size_t i = 0; i < k->n; i++)
+		weight[i] = k->outlier[i] ? 0 : 1 / fmaxf(k->smooth[i], (float)WEIGHT_FLOOR * top);
+	rbf_equations_free(e);
+	*e = (rbf_equations){.samples = k->n, .direction = (const float (*)[3])k->w, .weight = weight, .value = {k->y[0], k->y[1], k->y[2]},
+		.channels = channels, .lobes = m, .centre = (const float (*)[3])k->centre, .kappa = k->kappa};
+	if (!k->amplitude)
+		k->amplitude = calloc(m * (size_t)channels + 1, sizeof *k->amplitude);
+	if (!k->amplitude || rbf_equations_make(e))
+		return -1;
 	for (size_t j = 0; j < m; j++)
-		mean += k->gram[j * m + j] / (double)m;
-	for (size_t j = 0; j < m; j++) {
-		/* never much of a lobe's own weight: narrow lobes on a peak would be shrunk */
-		k->gram[j * m + j] += fmin(RIDGE * mean, RIDGE_MOST * k->gram[j * m + j]);
-		for (size_t i = 0; i < j; i++)
-			k->gram[j * m + i] = k->gram[i * m + j];
-	}
-	free(list);
-	free(value);
-	free(tile);
+		mean += e->gram[j * m + j] / (double)m;
+	for (size_t j = 0; j < m; j++) /* never much of a lobe's own weight: narrow lobes on a peak would be shrunk */
+		e->gram[j * m + j] += fmin(RIDGE * mean, RIDGE_MOST * e->gram[j * m + j]);
 	return 0;
 }
 
@@ -426,8 +358,9 @@ static int solve(work *k, int channels, rbf_lobes *out)
 {
 	if (equations(k, channels))
 		return -1;
+	const rbf_equations *e = &k->equations;
 	for (int c = 0; c < channels; c++)
-		if (rbf_nonnegative_solve(k->lobes, k->gram, k->right + (size_t)c * k->lobes, k->squares[c], k->count, k->amplitude + (size_t)c * k->lobes))
+		if (rbf_nonnegative_solve(k->lobes, e->gram, e->right + (size_t)c * k->lobes, e->squares[c], e->count, k->amplitude + (size_t)c * k->lobes))
 			return -1;
 	return rbf_arrange(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, channels, out);
 }

@@ -177,49 +177,84 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
  * RBF_SHIFT_MIN_Z the factor falls to 0 there (as z squared, which is even in the directions), and nothing jumps. */
 static inline float rbf_shift_factor(float z, float mapped_z)
 {
-	const float low = fmaxf(mapped_z, RBF_SHIFT_MIN_Z), t = mapped_z / low;
-	return fminf(z / low, 20.f) * (t * t);
+	const float low = rbf_max(mapped_z, RBF_SHIFT_MIN_Z), t = mapped_z / low;
+	return rbf_min(z / low, 20.f) * (t * t);
+}
+
+/* One function for each kind and way, without a branch, so that many directions can be carried at once. */
+static inline float rbf_turn_forward(const rbf_warp *w, const float o[3], float out[3])
+{
+	out[0] = w->m[0]*o[0] + w->m[1]*o[1] + w->m[2]*o[2];
+	out[1] = w->m[3]*o[0] + w->m[4]*o[1] + w->m[5]*o[2];
+	out[2] = w->m[6]*o[0] + w->m[7]*o[1] + w->m[8]*o[2];
+	return 1;
+}
+
+static inline float rbf_half_forward(const rbf_warp *w, const float o[3], float out[3])
+{
+	const float s[3] = {w->i[0] + o[0], w->i[1] + o[1], w->i[2] + o[2]};
+	const float q = rbf_dot(s, s), c = rbf_dot(s, w->k), ci = rbf_dot(s, w->i), t = 2 * c / q, held = w->most * c / ci;
+	const int some = (c > 0) & (q > 1e-12f);
+	out[0] = some ? t*s[0] - w->k[0] : 0;
+	out[1] = some ? t*s[1] - w->k[1] : 0;
+	out[2] = some ? t*s[2] - w->k[2] : -1;
+	return some ? w->gain * (ci <= w->most * c ? 1 : held) : 0;
+}
+
+static inline float rbf_shift_forward(const rbf_warp *w, const float o[3], float out[3])
+{
+	const float x = o[0] + w->m[0], y = o[1] + w->m[1], z2 = 1 - x*x - y*y, z = sqrtf(rbf_max(z2, 0.f)), factor = rbf_shift_factor(o[2], z);
+	out[0] = x;
+	out[1] = y;
+	out[2] = z2 > 0 ? z : z2;
+	return z2 > 0 ? factor : 0;
+}
+
+static inline float rbf_same(const float o[3], float out[3])
+{
+	out[0] = o[0];
+	out[1] = o[1];
+	out[2] = o[2];
+	return 1;
+}
+
+static inline float rbf_turn_inverse(const rbf_warp *w, const float p[3], float out[3])
+{
+	out[0] = w->m[0]*p[0] + w->m[3]*p[1] + w->m[6]*p[2];
+	out[1] = w->m[1]*p[0] + w->m[4]*p[1] + w->m[7]*p[2];
+	out[2] = w->m[2]*p[0] + w->m[5]*p[1] + w->m[8]*p[2];
+	return 1;
+}
+
+static inline float rbf_half_inverse(const rbf_warp *w, const float p[3], float out[3])
+{
+	const float s[3] = {w->k[0] + p[0], w->k[1] + p[1], w->k[2] + p[2]};
+	const float q = rbf_dot(s, s), ci = rbf_dot(s, w->i), ck = rbf_dot(s, w->k), t = 2 * ci / q;
+	const float factor = w->gain * rbf_min(ci / ck, w->most); /* Walter et al. 2007, eq. 14: d(o) = 4 (o.h) d(h) */
+	out[0] = t*s[0] - w->i[0];
+	out[1] = t*s[1] - w->i[1];
+	out[2] = t*s[2] - w->i[2];
+	return (ci > 0) & (q > 1e-12f) & (ck > 0) ? factor : 0;
+}
+
+static inline float rbf_shift_inverse(const rbf_warp *w, const float p[3], float out[3])
+{
+	const float x = p[0] - w->m[0], y = p[1] - w->m[1], z2 = 1 - x*x - y*y;
+	out[0] = x;
+	out[1] = y;
+	out[2] = sqrtf(rbf_max(z2, 0.f));
+	const float factor = rbf_shift_factor(out[2], p[2]) * p[2] / rbf_max(out[2], 1e-12f);
+	return (z2 > 0) & (p[2] > 0) ? factor : 0;
 }
 
 /* Takes exitant o at i to out at k. Returns the factor g in DSF_i(o) = g DSF_k(out), 0 if nothing corresponds. */
 static inline float rbf_warp_forward(const rbf_warp *w, const float o[3], float out[3])
 {
 	switch (w->kind) {
-	case RBF_KIND_TURN:
-		out[0] = w->m[0]*o[0] + w->m[1]*o[1] + w->m[2]*o[2];
-		out[1] = w->m[3]*o[0] + w->m[4]*o[1] + w->m[5]*o[2];
-		out[2] = w->m[6]*o[0] + w->m[7]*o[1] + w->m[8]*o[2];
-		return 1;
-	case RBF_KIND_HALF: {
-		const float s[3] = {w->i[0] + o[0], w->i[1] + o[1], w->i[2] + o[2]};
-		const float q = rbf_dot(s, s), c = rbf_dot(s, w->k);
-		if (!(c > 0) || !(q > 1e-12f)) {
-			out[0] = out[1] = 0;
-			out[2] = -1;
-			return 0;
-		}
-		const float t = 2 * c / q;
-		for (int n = 0; n < 3; n++)
-			out[n] = t*s[n] - w->k[n];
-		const float ci = rbf_dot(s, w->i);
-		return ci <= w->most * c ? w->gain : w->gain * (w->most * c / ci);
-	}
-	case RBF_KIND_SHIFT: {
-		const float x = o[0] + w->m[0], y = o[1] + w->m[1], z2 = 1 - x*x - y*y;
-		out[0] = x;
-		out[1] = y;
-		if (!(z2 > 0)) {
-			out[2] = z2;
-			return 0;
-		}
-		out[2] = sqrtf(z2);
-		return rbf_shift_factor(o[2], out[2]);
-	}
-	default:
-		out[0] = o[0];
-		out[1] = o[1];
-		out[2] = o[2];
-		return 1;
+	case RBF_KIND_TURN: return rbf_turn_forward(w, o, out);
+	case RBF_KIND_HALF: return rbf_half_forward(w, o, out);
+	case RBF_KIND_SHIFT: return rbf_shift_forward(w, o, out);
+	default: return rbf_same(o, out);
 	}
 }
 
@@ -228,7 +263,7 @@ static inline float rbf_warp_validity(const rbf_warp *w, float mapped_z)
 {
 	if (w->kind == RBF_KIND_FIXED)
 		return 1;
-	const float v = fminf(fmaxf(mapped_z * (1 / RBF_VALID_Z), 1e-3f), 1.f);
+	const float v = rbf_min(rbf_max(mapped_z * (1 / RBF_VALID_Z), 1e-3f), 1.f);
 	return v * v;
 }
 
@@ -237,36 +272,10 @@ static inline float rbf_warp_validity(const rbf_warp *w, float mapped_z)
 static inline float rbf_warp_inverse(const rbf_warp *w, const float p[3], float out[3])
 {
 	switch (w->kind) {
-	case RBF_KIND_TURN:
-		out[0] = w->m[0]*p[0] + w->m[3]*p[1] + w->m[6]*p[2];
-		out[1] = w->m[1]*p[0] + w->m[4]*p[1] + w->m[7]*p[2];
-		out[2] = w->m[2]*p[0] + w->m[5]*p[1] + w->m[8]*p[2];
-		return 1;
-	case RBF_KIND_HALF: {
-		const float s[3] = {w->k[0] + p[0], w->k[1] + p[1], w->k[2] + p[2]};
-		const float q = rbf_dot(s, s), ci = rbf_dot(s, w->i), ck = rbf_dot(s, w->k);
-		if (!(ci > 0) || !(q > 1e-12f) || !(ck > 0))
-			return 0;
-		const float t = 2 * ci / q;
-		for (int n = 0; n < 3; n++)
-			out[n] = t*s[n] - w->i[n];
-		return w->gain * fminf(ci / ck, w->most); /* Walter et al. 2007, eq. 14: d(o) = 4 (o.h) d(h) */
-	}
-	case RBF_KIND_SHIFT: {
-		const float x = p[0] - w->m[0], y = p[1] - w->m[1], z2 = 1 - x*x - y*y;
-		if (!(z2 > 0) || !(p[2] > 0))
-			return 0;
-		out[0] = x;
-		out[1] = y;
-		out[2] = sqrtf(z2);
-		const float g = rbf_shift_factor(out[2], p[2]);
-		return g * p[2] / fmaxf(out[2], 1e-12f);
-	}
-	default:
-		out[0] = p[0];
-		out[1] = p[1];
-		out[2] = p[2];
-		return 1;
+	case RBF_KIND_TURN: return rbf_turn_inverse(w, p, out);
+	case RBF_KIND_HALF: return rbf_half_inverse(w, p, out);
+	case RBF_KIND_SHIFT: return rbf_shift_inverse(w, p, out);
+	default: return rbf_same(p, out);
 	}
 }
 

@@ -4,18 +4,12 @@
  * linear least squares problems with nonnegative variables, 1994), started from a few rounds of coordinate descent, which
  * find most of the positive set.
  */
+#include "clones.h"
 #include "nonnegative.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* The loader chooses before the thread sanitizer is ready. */
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__linux__) && !defined(__SANITIZE_THREAD__)
-#define CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define CLONES
-#endif
 
 enum { PANEL = 8, WARM = 20, EXCHANGES = 60, PATIENCE = 3, FINISH = 400, STEPS = 40 };
 static const double WORK = 2e9; /* m^3 a step */
@@ -23,7 +17,7 @@ static const double EXACT = 1e-10;       /* a gradient that is rounding, of the 
 static const double INSIGNIFICANT = .02; /* of the noise's variance: what a variable must lower the objective's double by */
 
 /* Coordinate descent: x and the gradient Gx - b are kept together. */
-CLONES static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
+RBF_CLONES static void descend(size_t m, const double *gram, double *x, double *gradient, int sweeps)
 {
 	for (int sweep = 0; sweep < sweeps; sweep++) {
 		double largest = 0, scale = 0;
@@ -49,7 +43,7 @@ CLONES static void descend(size_t m, const double *gram, double *x, double *grad
 }
 
 /* Subtracts from a row the multiples of PANEL pivot rows, columns `from` on: the matrix is passed through once for PANEL pivots. */
-CLONES static void eliminate(double *restrict row, const double *restrict pivot, size_t n, size_t from, const double f[PANEL])
+RBF_CLONES static void eliminate(double *restrict row, const double *restrict pivot, size_t n, size_t from, const double f[PANEL])
 {
 	const double *restrict p0 = pivot, *restrict p1 = pivot + n, *restrict p2 = pivot + 2*n, *restrict p3 = pivot + 3*n;
 	const double *restrict p4 = pivot + 4*n, *restrict p5 = pivot + 5*n, *restrict p6 = pivot + 6*n, *restrict p7 = pivot + 7*n;

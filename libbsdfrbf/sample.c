@@ -12,13 +12,12 @@
 
 #include <string.h>
 
-enum { TRIES = 256, SPIRAL_MOST = 256 };
-static const float SPREAD = 4;          /* sigmas that the bounds cover: all but 3e-4 of a lobe */
+enum { TRIES = 256 };
 static const float TWIST = .05f;        /* what two rotations one after the other can add to the angle between the corners */
 
 void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, float *gain, float *slant)
 {
-	const float spread = (kappa > 0 ? SPREAD / sqrtf(kappa) : 4) + r->motion;
+	const float spread = (kappa > 0 ? RBF_LOBE_SPREAD / sqrtf(kappa) : 4) + r->motion;
 	const float lobe = acosf(rbf_min(rbf_max(centre[2], -1.f), 1.f)) + spread;
 	float lowest = cosf(rbf_min(lobe + r->margin + TWIST, (float)(RBF_PI / 2))); /* z at another corner */
 	if (rbf_map_get(r->map)->kind == RBF_KIND_SHIFT) {
@@ -196,75 +195,4 @@ int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
 		u = rbf_uniform(&state);
 	}
 	return 0;
-}
-
-/* Points of equal energy over a lobe, on a spiral of opposite pairs: what changes evenly across the lobe cancels in each pair. */
-typedef struct spiral { double cosine[SPIRAL_MOST / 2], sine[SPIRAL_MOST / 2]; } spiral;
-
-/* Share of a lobe's energy that arrives: mean over the spiral, turned and drawn out differently for each lobe. */
-static double arriving(const rbf_site *site, uint32_t k, uint32_t f, const float centre[3], float kappa, const spiral *s, int pairs,
-	uint32_t turn, int inside)
-{
-	const double phi = 2 * RBF_PI * .7548776662 * turn, c = cos(phi), q = sin(phi), faint = exp(-2. * (double)kappa);
-	const double start = fmod(.5698402910 * turn + .5, 1);
-	double sum = 0;
-	for (int i = 0; i < 2 * pairs; i++) {
-		float drawn[3], exitant[3];
-		const double outside = (i / 2 + start) / pairs, w = -log(outside + (1 - outside) * faint + 1e-30) / (double)kappa;
-		const double cosine = c * s->cosine[i / 2] - q * s->sine[i / 2], sine = q * s->cosine[i / 2] + c * s->sine[i / 2];
-		around(centre, fmin(w, 2), i % 2 ? -cosine : cosine, i % 2 ? -sine : sine, drawn);
-		if (inside) {
-			float p[3];
-			rbf_mirror(site->vertex_op[k], drawn, p);
-			sum += (double)rbf_warp_inverse(&site->warp[k][f], p, exitant);
-		} else
-			sum += (double)carry(site, k, f, drawn, exitant);
-	}
-	return sum / (2 * pairs);
-}
-
-/* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
-static const double POINTS_INSIDE = 1600, POINTS_HORIZON = 10000;
-
-void rbf_site_dhr(const rbf_site *site, double value[3])
-{
-	const rbf_component *c = site->component;
-	const uint32_t y = rbf_luminance(c->channels);
-	double all = 0;
-	spiral s;
-	for (int q = 0; q < SPIRAL_MOST / 2; q++) {
-		s.cosine[q] = cos(2 * RBF_PI * .6180339887 * q);
-		s.sine[q] = sin(2 * RBF_PI * .6180339887 * q);
-	}
-	value[0] = value[1] = value[2] = 0;
-	for (uint32_t k = 0; k < site->corners; k++)
-		for (uint32_t f = 0; f < c->frames; f++)
-			all += (double)site->weight[k] * rbf_bound_set(c, site->base[k] * c->frames + f)->mass[0];
-	for (uint32_t k = 0; k < site->corners; k++)
-		for (uint32_t f = 0; f < c->frames; f++) {
-			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
-			const rbf_warp *warp = &site->warp[k][f];
-			const int fixed = warp->kind == RBF_KIND_FIXED, turns = fixed || warp->kind == RBF_KIND_TURN;
-			const float turn = fixed ? 0 : acosf(rbf_min(turns ? warp->cosine : rbf_dot(warp->i, warp->k), 1.f));
-			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
-				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
-				const float kappa = c->block[block].k[lane];
-				if (!(kappa > 0))
-					continue;
-				float centre[3];
-				rbf_site_centre(site, k, block, lane, centre);
-				/* clear of the horizon, where shares are even and nothing is lost */
-				const int inside = (fixed || c->reach[(size_t)block * RBF_LANES + lane] == 1)
-					&& acosf(rbf_min(rbf_max(centre[2], -1.f), 1.f)) + SPREAD / sqrtf(kappa) + turn < 1.56f;
-				double mean = 1; /* a rotation keeps the energy */
-				const double energy = (double)site->weight[k] * rbf_lobe_integral((double)kappa);
-				if (!turns || !inside) {
-					const double part = energy * (double)c->amplitude[(size_t)y * c->blocks + block].a[lane] / all;
-					const double pairs = ceil(part * .5 * (inside ? POINTS_INSIDE : POINTS_HORIZON));
-					mean = arriving(site, k, f, centre, kappa, &s, pairs < SPIRAL_MOST / 2 ? pairs > 1 ? (int)pairs : 1 : SPIRAL_MOST / 2, i, inside);
-				}
-				for (uint32_t n = 0; n < c->channels; n++)
-					value[n] += energy * mean * (double)c->amplitude[(size_t)n * c->blocks + block].a[lane];
-			}
-		}
 }

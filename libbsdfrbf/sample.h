@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sampling and integration of what evaluate.h evaluates: the same terms, drawn instead of summed. */
+/* Sampling of what evaluate.h evaluates: the same terms, drawn instead of summed. */
 #ifndef RBF_SAMPLE_H
 #define RBF_SAMPLE_H
 #include "evaluate.h"
+
+#define RBF_LOBE_SPREAD 4.f /* sigmas that the bounds cover: all but 3e-4 of a lobe */
 
 /* Draws an exitant direction in the component's half space (not folded), density proportional to the
  * luminance of DSF without the Lambertian part. Returns 1, or 0 if there is nothing to draw. */
@@ -13,10 +15,6 @@ void rbf_split_number(double u, double *a, double *b);
 
 /* A number of [0, 1) from a state that any number may start. */
 double rbf_uniform(uint64_t *state);
-
-/* DHR of the scattered part by quadrature over the lobes, per channel. */
-void rbf_site_dhr(const rbf_site *site, double value[3]);
-
 /* Centre of a corner's lobe with the site's residual motion, in the base's coordinates. */
 void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3]);
 

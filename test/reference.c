@@ -32,6 +32,13 @@
 #define rbf_warp_validity double_warp_validity
 #define rbf_warp_bound double_warp_bound
 #define rbf_shift_factor double_shift_factor
+#define rbf_turn_forward double_turn_forward
+#define rbf_turn_inverse double_turn_inverse
+#define rbf_half_forward double_half_forward
+#define rbf_half_inverse double_half_inverse
+#define rbf_shift_forward double_shift_forward
+#define rbf_shift_inverse double_shift_inverse
+#define rbf_same double_same
 #define rbf_frame_linear double_frame_linear
 #define rbf_map double_map
 #define rbf_map_kind double_map_kind

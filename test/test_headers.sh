@@ -50,12 +50,12 @@ never() {
 	done
 }
 
-EVALUATION="evaluate.c dhr.c sample.c query.c kernel.c kernel_template.h map.h reciprocal.c mesh_locate.c model.c record_read.c"
+EVALUATION="evaluate.c dhr.c sample.c integrate.c query.c kernel.c kernel_template.h map.h reciprocal.c mesh_locate.c model.c record_read.c"
 never $EVALUATION -- measure.h gather.h read.h text.h fit.h nonnegative.h neighbours.h label.h choose.h advect.h assemble.h transport.h \
 	division.h resample.h tree.h xml_write.h
 never read.c read_mountain.c read_zemax.c read_sir.c measure.c measure_adjust.c text.c -- fit.h lobes.h mesh_build.h label.h choose.h advect.h assemble.h \
 	transport.h evaluate.h sample.h record.h model.h resample.h
-never fit.c nonnegative.c neighbours.c arrange.c lobes.c -- mesh_build.h label.h choose.h advect.h assemble.h transport.h evaluate.h sample.h record.h resample.h
+never fit.c nonnegative.c equations.c neighbours.c arrange.c lobes.c -- mesh_build.h label.h choose.h advect.h assemble.h transport.h evaluate.h sample.h record.h resample.h
 never mesh.c mesh_hull.c mesh_grid.c symmetry.c -- measure.h fit.h lobes.h label.h choose.h advect.h assemble.h transport.h evaluate.h sample.h record.h
 never transport.c -- measure.h fit.h label.h choose.h advect.h assemble.h evaluate.h sample.h record.h
 never label.c advect.c -- choose.h assemble.h evaluate.h sample.h record.h resample.h

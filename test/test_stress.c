@@ -15,6 +15,7 @@
 #include "question.h"
 #include "random_model.h"
 #include "reference.h"
+#include "integrate.h"
 #include "sample.h"
 
 enum { QUERIES = 40, SAMPLES = 6000 };

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* RBF_CLONES before a function: compiled also for AVX2 and FMA, chosen when the library is loaded. */
+#ifndef RBF_CLONES_H
+#define RBF_CLONES_H
+
+/* The loader chooses before the thread sanitizer is ready. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__linux__) && !defined(__SANITIZE_THREAD__)
+#define RBF_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
+#else
+#define RBF_CLONES
+#endif
+#endif

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Elementary functions without a branch, for loops that the compiler turns into vector code. */
+#ifndef RBF_ELEMENTARY_H
+#define RBF_ELEMENTARY_H
+#include "vector.h"
+
+#include <stdint.h>
+#include <string.h>
+
+/* exp(x), x <= 0, relative error below 3e-7; never below 2^-100, so that no product becomes denormal. */
+static inline float rbf_exp_negative(float x)
+{
+	const float t = rbf_max(x * 1.44269504f, -100.f), shifted = t + 12582912.f; /* 1.5 x 2^23: the nearest whole number is in the low bits */
+	const float r = t - (shifted - 12582912.f);
+	/* minimax polynomial of 2^r on [-1/2, 1/2], degree 5: 7.5e-8 */
+	const float p = ((((r * 1.32764716e-3f + 9.67554138e-3f) * r + 5.55071328e-2f) * r + 2.40221197e-1f) * r + 6.93146967e-1f) * r + 1.00000007f;
+	uint32_t power, bits;
+	float result;
+	memcpy(&power, &shifted, sizeof power);
+	memcpy(&bits, &p, sizeof bits);
+	bits += power << 23;
+	memcpy(&result, &bits, sizeof result);
+	return result;
+}
+
+/* -ln x, x in (0, 1], to 1e-6 of it or of 1: the exponent, and the series of the area hyperbolic tangent for what is left. */
+static inline float rbf_minus_log(float x)
+{
+	uint32_t bits;
+	memcpy(&bits, &x, sizeof bits);
+	const uint32_t above = bits - 0x3f3504f3u; /* root 1/2 */
+	const int32_t e = (int32_t)above >> 23;
+	bits = (above & 0x007fffffu) + 0x3f3504f3u;
+	float m;
+	memcpy(&m, &bits, sizeof m);
+	const float t = (m - 1) / (m + 1), s = t * t;
+	return -.69314718f * (float)e - 2 * t * (1 + s * (.33333333f + s * (.2f + s * .14285714f)));
+}
+#endif

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Normal equations of a sum of lobes with given centres and widths against weighted samples. */
+#ifndef RBF_EQUATIONS_H
+#define RBF_EQUATIONS_H
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct rbf_equations {
+	/* given */
+	size_t samples;
+	const float (*direction)[3]; /* [samples], in an order that keeps near ones together */
+	const float *weight;         /* [samples], of the squared difference; 0: does not count */
+	const float *value[3];       /* [channels][samples] */
+	int channels;
+	size_t lobes;
+	const float (*centre)[3], *kappa;
+	/* found */
+	double *gram, *right;        /* [lobes][lobes], [channels][lobes]; set by rbf_equations_make(), to be freed */
+	double squares[3], count;    /* weighted squares of the values; samples that count */
+} rbf_equations;
+
+/* Returns 0, or -1 when out of memory. */
+int rbf_equations_make(rbf_equations *equations);
+void rbf_equations_free(rbf_equations *equations);
+#endif

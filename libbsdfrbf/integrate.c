@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * Each lobe's energy is put on points of equal share, the points are carried from the corner to the site, and what arrives is
+ * added up. Points of all lobes of a set are gathered and carried many at a time, in loops without a branch.
+ */
+#include "bounds.h"
+#include "clones.h"
+#include "elementary.h"
+#include "integrate.h"
+#include "sample.h"
+
+enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128 };
+
+/* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
+static const float POINTS_INSIDE = 1600, POINTS_HORIZON = 10000;
+static const float CLEAR = .0108f; /* rad above the horizon, where nothing is lost */
+static const float FAINT = 16;     /* a kappa above it leaves nothing at the other end of the sphere */
+
+/* Directions of a golden spiral, in double length: a lobe starts where it likes. */
+typedef struct spiral { float cosine[PAIRS_MOST + TURNS], sine[PAIRS_MOST + TURNS]; } spiral;
+
+static void set_spiral(spiral *s)
+{
+	const double step = 2 * RBF_PI * .6180339887, a = cos(step), b = sin(step);
+	double c = 1, q = 0;
+	for (int i = 0; i < PAIRS_MOST + TURNS; i++) {
+		s->cosine[i] = (float)c;
+		s->sine[i] = (float)q;
+		const double next = a*c - b*q;
+		q = b*c + a*q;
+		c = next;
+	}
+}
+
+/* Points of one corner and frame: directions at the site's side of the mirror, and the energy of each. */
+typedef struct batch {
+	int count;
+	float p[3][BATCH], energy[3][BATCH];
+} batch;
+
+/* Pairs of opposite points on a spiral over the lobe: what changes evenly across it cancels in each pair. */
+static inline void add_points(const spiral *s, const float centre[3], float kappa, uint32_t turn, int pairs, unsigned op, batch *b)
+{
+	/* orthonormal basis: Duff et al., Building an orthonormal basis, revisited, 2017 */
+	const float sign = copysignf(1, centre[2]), a = -1 / (sign + centre[2]), ab = centre[0] * centre[1] * a;
+	const float mx = op & 1 ? -1.f : 1.f, my = op & 2 ? -1.f : 1.f;
+	const float x[3] = {mx * (1 + sign * centre[0]*centre[0]*a), mx * ab, mx * centre[0]};
+	const float y[3] = {my * sign * ab, my * (sign + centre[1]*centre[1]*a), my * centre[1]};
+	const float z[3] = {-sign * centre[0], -centre[1], centre[2]};
+	const float offset = .56984029f * (float)(turn % 1024) + .5f, start = offset - floorf(offset);
+	const float faint = kappa > FAINT ? 0 : expf(-2 * kappa), share = 1 / (float)pairs, narrow = 1 / kappa;
+	const float *cosine = s->cosine + turn * 37 % TURNS, *sine = s->sine + turn * 37 % TURNS;
+	float *px = b->p[0] + b->count, *py = b->p[1] + b->count, *pz = b->p[2] + b->count;
+	for (int i = 0; i < pairs; i++) {
+		const float outside = ((float)i + start) * share, rest = outside + (1 - outside) * faint + 1e-30f;
+		const float w = rbf_min(rbf_minus_log(rest) * narrow, 2.f), radius = sqrtf(rbf_max(w * (2 - w), 0.f)), up = 1 - w;
+		const float c = radius * cosine[i], q = radius * sine[i];
+		const float x1 = c*x[0] + q*x[1], y1 = c*y[0] + q*y[1], z1 = c*z[0] + q*z[1];
+		const float x0 = up * x[2], y0 = up * y[2], z0 = up * z[2];
+		px[i] = x0 + x1;
+		py[i] = y0 + y1;
+		pz[i] = z0 + z1;
+		px[pairs + i] = x0 - x1;
+		py[pairs + i] = y0 - y1;
+		pz[pairs + i] = z0 - z1;
+	}
+	b->count += 2 * pairs;
+}
+
+/* What arrives of each point: carry[] gets the factor of the map, and e the direction there. */
+#define CARRY_BACK(name, inverse) \
+	RBF_CLONES static void name(const rbf_warp *warp, const batch *b, float (*restrict e)[BATCH], float *restrict carried) \
+	{ \
+		for (int i = 0; i < BATCH; i++) { \
+			const float p[3] = {b->p[0][i], b->p[1][i], b->p[2][i]}; \
+			float out[3]; \
+			carried[i] = inverse(warp, p, out); \
+			e[0][i] = out[0]; \
+			e[1][i] = out[1]; \
+			e[2][i] = out[2]; \
+		} \
+	}
+CARRY_BACK(carry_back_turn, rbf_turn_inverse)
+CARRY_BACK(carry_back_half, rbf_half_inverse)
+CARRY_BACK(carry_back_shift, rbf_shift_inverse)
+
+/* How valid each point is at a corner (map.h). */
+#define VALIDITY(name, forward) \
+	RBF_CLONES static void name(const rbf_warp *warp, const float (*e)[BATCH], float *restrict valid) \
+	{ \
+		for (int i = 0; i < BATCH; i++) { \
+			const float o[3] = {e[0][i], e[1][i], e[2][i]}; \
+			float out[3]; \
+			forward(warp, o, out); \
+			const float v = rbf_min(rbf_max(out[2] * (1 / RBF_VALID_Z), 1e-3f), 1.f); \
+			valid[i] = v * v; \
+		} \
+	}
+VALIDITY(validity_turn, rbf_turn_forward)
+VALIDITY(validity_half, rbf_half_forward)
+VALIDITY(validity_shift, rbf_shift_forward)
+
+static void carry_back(const rbf_warp *warp, const batch *b, float e[3][BATCH], float carried[BATCH])
+{
+	switch (warp->kind) {
+	case RBF_KIND_TURN: carry_back_turn(warp, b, e, carried); return;
+	case RBF_KIND_HALF: carry_back_half(warp, b, e, carried); return;
+	case RBF_KIND_SHIFT: carry_back_shift(warp, b, e, carried); return;
+	default:
+		memcpy(e, b->p, sizeof b->p);
+		for (int i = 0; i < BATCH; i++)
+			carried[i] = 1;
+	}
+}
+
+static void validity(const rbf_warp *warp, const float e[3][BATCH], float valid[BATCH])
+{
+	switch (warp->kind) {
+	case RBF_KIND_TURN: validity_turn(warp, e, valid); return;
+	case RBF_KIND_HALF: validity_half(warp, e, valid); return;
+	case RBF_KIND_SHIFT: validity_shift(warp, e, valid); return;
+	default:
+		for (int i = 0; i < BATCH; i++)
+			valid[i] = 1;
+	}
+}
+
+/* Adds what the points bring, and empties the batch. whole: all of it arrives where the map takes it, with even shares. */
+RBF_CLONES static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, batch *b, double value[3])
+{
+	const uint32_t channels = site->component->channels;
+	float e[3][BATCH], carried[BATCH], own[BATCH], valid[BATCH], total[BATCH] = {0};
+	if (!b->count)
+		return;
+	for (int i = b->count; i < BATCH; i++) {
+		b->p[0][i] = b->p[1][i] = 0;
+		b->p[2][i] = 1;
+	}
+	carry_back(&site->warp[k][f], b, e, carried);
+	if (!whole) {
+		for (uint32_t corner = 0; corner < site->corners; corner++) {
+			const float weight = site->weight[corner];
+			validity(&site->warp[corner][f], (const float (*)[BATCH])e, valid);
+			for (int i = 0; i < BATCH; i++)
+				total[i] += weight * valid[i];
+			if (corner == k)
+				memcpy(own, valid, sizeof own);
+		}
+		for (int i = 0; i < BATCH; i++) {
+			const float share = rbf_min(own[i] / total[i], RBF_VALID_GAIN), height = rbf_min(e[2][i] * (1 / RBF_HORIZON_Z), 1.f);
+			const float arrives = carried[i] * share * height;
+			carried[i] = e[2][i] > 0 ? arrives : 0;
+		}
+	}
+	for (uint32_t n = 0; n < channels; n++) {
+		float sum = 0;
+		for (int i = 0; i < b->count; i++)
+			sum += carried[i] * b->energy[n][i];
+		value[n] += (double)sum;
+	}
+	b->count = 0;
+}
+
+/* Whether a lobe stays clear of the horizon at its own corner and at the site: height over the sine of its reach, which the series
+ * bounds from above. */
+static int clear(const float centre[3], float reach)
+{
+	const float x = reach + CLEAR, s = x * x;
+	return x < 1.5f && centre[2] > x * (1 - s * (1 / 6.f - s * (1 / 120.f)));
+}
+
+void rbf_site_dhr(const rbf_site *site, double value[3])
+{
+	const rbf_component *c = site->component;
+	const uint32_t y = rbf_luminance(c->channels);
+	float all = 0;
+	spiral s;
+	batch inside, horizon;
+	set_spiral(&s);
+	value[0] = value[1] = value[2] = 0;
+	for (uint32_t k = 0; k < site->corners; k++)
+		for (uint32_t f = 0; f < c->frames; f++)
+			all += site->weight[k] * rbf_bound_set(c, site->base[k] * c->frames + f)->mass[0];
+	for (uint32_t k = 0; k < site->corners; k++)
+		for (uint32_t f = 0; f < c->frames; f++) {
+			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
+			const rbf_warp *warp = &site->warp[k][f];
+			const int fixed = warp->kind == RBF_KIND_FIXED, turns = fixed || warp->kind == RBF_KIND_TURN;
+			const float turn = fixed ? 0 : acosf(rbf_min(turns ? warp->cosine : rbf_dot(warp->i, warp->k), 1.f));
+			inside.count = horizon.count = 0;
+			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
+				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
+				const float kappa = c->block[block].k[lane];
+				if (!(kappa > 0))
+					continue;
+				float centre[3];
+				rbf_site_centre(site, k, block, lane, centre);
+				const int whole = (fixed || c->reach[(size_t)block * RBF_LANES + lane] == 1)
+					&& clear(centre, RBF_LOBE_SPREAD / sqrtf(kappa) + turn);
+				const float energy = site->weight[k] * (kappa > FAINT ? (float)(2 * RBF_PI) / kappa : (float)rbf_lobe_integral((double)kappa));
+				if (turns && whole) { /* a rotation keeps the energy */
+					for (uint32_t n = 0; n < c->channels; n++)
+						value[n] += (double)(energy * c->amplitude[(size_t)n * c->blocks + block].a[lane]);
+					continue;
+				}
+				batch *b = whole ? &inside : &horizon;
+				const float part = energy * c->amplitude[(size_t)y * c->blocks + block].a[lane] / all;
+				const float wanted = ceilf(part * .5f * (whole ? POINTS_INSIDE : POINTS_HORIZON));
+				const int pairs = wanted < PAIRS_MOST ? wanted > 1 ? (int)wanted : 1 : PAIRS_MOST;
+				if (b->count + 2 * pairs > BATCH)
+					deliver(site, k, f, whole, b, value);
+				for (uint32_t n = 0; n < c->channels; n++) {
+					const float each = energy * c->amplitude[(size_t)n * c->blocks + block].a[lane] / (float)(2 * pairs);
+					for (int p = 0; p < 2 * pairs; p++)
+						b->energy[n][b->count + p] = each;
+				}
+				add_points(&s, centre, kappa, i, pairs, site->vertex_op[k], b);
+			}
+			deliver(site, k, f, 1, &inside, value);
+			deliver(site, k, f, 0, &horizon, value);
+		}
+}
