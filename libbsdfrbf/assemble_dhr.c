@@ -7,7 +7,8 @@
 #include <string.h>
 
 static const double SPACING = 1.6 * RBF_PI / 180; /* of the lattice's nodes */
-enum { STEPS_LEAST = 4, STEPS_MOST = 16 };
+enum { STEPS_LEAST = 4, STEPS_MOST = 16 }; /* multiples of 4: half a lattice is one again */
+static const float SMOOTH = 1e-3f; /* of DHR: what half a lattice may miss at the other nodes */
 
 /* Even, and the same for the whole mesh, so that what elements share has the same nodes on both sides. */
 static uint32_t steps_of(const rbf_mesh *mesh)
@@ -18,7 +19,7 @@ static uint32_t steps_of(const rbf_mesh *mesh)
 			sum += (double)rbf_angle(mesh->vertex[mesh->element[e].v[k]].direction, mesh->vertex[mesh->element[e].v[(k + 1) % 3]].direction);
 	if (mesh->symmetry == RBF_ISOTROPIC || !mesh->elements)
 		return STEPS_MOST; /* few */
-	const uint32_t steps = 2 * (uint32_t)ceil(.5 * sum / (3. * mesh->elements) / SPACING);
+	const uint32_t steps = 4 * (uint32_t)ceil(.25 * sum / (3. * mesh->elements) / SPACING);
 	return steps < STEPS_LEAST ? STEPS_LEAST : steps > STEPS_MOST ? STEPS_MOST : steps;
 }
 
@@ -34,28 +35,85 @@ static void set_node(const rbf_component *c, uint32_t item, const float weight[3
 		node[n] = (float)value[n] * fmaxf(d[2], RBF_DHR_Z);
 }
 
-static void fill_element(const rbf_component *c, uint32_t e, float *node)
+/* Weights of a node, and the direction there. */
+static void node_at(const rbf_component *c, uint32_t e, uint32_t p, uint32_t q, float weight[3], float d[3])
 {
-	const uint32_t steps = c->dhr_steps;
-	const int isotropic = c->mesh.symmetry == RBF_ISOTROPIC;
-	const uint32_t *v = c->mesh.element[e].v;
-	for (uint32_t q = 0; q <= (isotropic ? 0 : steps); q++)
-		for (uint32_t p = 0; p + q <= steps; p++, node += c->channels) {
-			const float weight[3] = {(float)(steps - p - q) / (float)steps, (float)p / (float)steps, (float)q / (float)steps};
-			float d[3];
-			if (isotropic) { /* weights are shares of theta */
-				const float theta = c->mesh.element[e].inverse[0][0] + weight[1] / c->mesh.element[e].inverse[0][1];
-				d[0] = sinf(theta);
-				d[1] = 0;
-				d[2] = cosf(theta);
-			} else
-				for (int n = 0; n < 3; n++) {
-					d[n] = 0;
-					for (int k = 0; k < 3; k++)
-						d[n] += weight[k] * c->mesh.vertex[v[k]].direction[n];
-				}
-			set_node(c, e, weight, d, node);
+	const float steps = (float)c->dhr_steps;
+	const rbf_element *element = &c->mesh.element[e];
+	weight[0] = (steps - (float)p - (float)q) / steps;
+	weight[1] = (float)p / steps;
+	weight[2] = (float)q / steps;
+	if (c->mesh.symmetry == RBF_ISOTROPIC) { /* weights are shares of theta */
+		const float theta = element->inverse[0][0] + weight[1] / element->inverse[0][1];
+		d[0] = sinf(theta);
+		d[1] = 0;
+		d[2] = cosf(theta);
+		return;
+	}
+	for (int n = 0; n < 3; n++) {
+		d[n] = 0;
+		for (int k = 0; k < 3; k++)
+			d[n] += weight[k] * c->mesh.vertex[element->v[k]].direction[n];
+	}
+}
+
+static void set_element_node(const rbf_component *c, uint32_t e, uint32_t p, uint32_t q, float *table)
+{
+	float weight[3], d[3];
+	node_at(c, e, p, q, weight, d);
+	set_node(c, e, weight, d, table + rbf_dhr_lattice(c->dhr_steps, p, q) * c->channels);
+}
+
+static int near(const float *a, const float *b, uint32_t channels)
+{
+	for (uint32_t n = 0; n < channels; n++)
+		if (!(fabsf(a[n] - b[n]) <= SMOOTH * fabsf(b[n])))
+			return 0;
+	return 1;
+}
+
+/* A triangle's nodes: every other one first. Where their quadratic pieces meet the others that are tried, the rest is theirs. */
+static void fill_triangle(const rbf_component *c, uint32_t e, float *table)
+{
+	const uint32_t steps = c->dhr_steps, channels = c->channels;
+	float half_table[(STEPS_MOST / 2 + 1) * (STEPS_MOST / 2 + 2) / 2 * 3];
+	rbf_component half = *c;
+	half.dhr_steps = steps / 2;
+	half.dhr = half_table;
+	for (uint32_t q = 0; q <= steps; q += 2)
+		for (uint32_t p = 0; p + q <= steps; p += 2) {
+			set_element_node(c, e, p, q, table);
+			memcpy(half_table + rbf_dhr_lattice(steps / 2, p / 2, q / 2) * channels, table + rbf_dhr_lattice(steps, p, q) * channels,
+				channels * sizeof *table);
 		}
+	int smooth = 1;
+	for (uint32_t q = 1; q <= steps && smooth; q += 2)
+		for (uint32_t p = q % 4 == 1 ? 1 : 3; p + q <= steps && smooth; p += 4) {
+			float weight[3], d[3], value[3];
+			set_element_node(c, e, p, q, table);
+			node_at(c, e, p, q, weight, d);
+			rbf_dhr_inside(&half, 0, weight, value);
+			smooth = near(value, table + rbf_dhr_lattice(steps, p, q) * channels, channels);
+		}
+	for (uint32_t q = 0; q <= steps; q++)
+		for (uint32_t p = 0; p + q <= steps; p++) {
+			float weight[3], d[3];
+			if (p % 2 == 0 && q % 2 == 0)
+				continue;
+			node_at(c, e, p, q, weight, d);
+			if (smooth)
+				rbf_dhr_inside(&half, 0, weight, table + rbf_dhr_lattice(steps, p, q) * channels);
+			else
+				set_element_node(c, e, p, q, table);
+		}
+}
+
+static void fill_element(const rbf_component *c, uint32_t e, float *table)
+{
+	if (c->mesh.symmetry != RBF_ISOTROPIC)
+		fill_triangle(c, e, table);
+	for (uint32_t p = 0; p <= c->dhr_steps && c->mesh.symmetry == RBF_ISOTROPIC; p++)
+		set_element_node(c, e, p, 0, table);
 }
 
 /* Whether a line of nodes ever answers for a direction outside the mesh. Those along the arc always do. */
@@ -77,15 +135,17 @@ static int line_counts(const rbf_component *c, uint32_t border, uint32_t line)
 	return 0;
 }
 
-/* Lines that never count repeat the end of the arc that they are nearer to. */
+/* Lines that never count repeat the end of the arc that they are nearer to; from the point where a chain over theta ends there is but
+ * one way on, and all are the same. */
 static void fill_border(const rbf_component *c, uint32_t border, float *node)
 {
 	const uint32_t steps = c->dhr_steps, lines = 4 * steps;
 	const size_t line_size = (size_t)(steps + 1) * c->channels;
 	char counts[4 * RBF_DHR_STEPS_MAX], piece[4 * RBF_DHR_STEPS_MAX];
-	for (uint32_t i = 0; i < lines; i++)
+	const int straight = c->mesh.symmetry == RBF_ISOTROPIC;
+	for (uint32_t i = 0; i < lines && !straight; i++)
 		counts[i] = (char)line_counts(c, border, i);
-	for (uint32_t i = 0; i < lines; i++) { /* all of a quadratic piece, if one of its three lines does */
+	for (uint32_t i = 0; i < lines && !straight; i++) { /* all of a quadratic piece, if one of its three lines does */
 		const uint32_t first = i & ~1u, before = (first + lines - 2) % lines;
 		piece[i] = counts[first] || counts[first + 1] || counts[(first + 2) % lines];
 		if (i % 2 == 0 && (counts[before] || counts[before + 1]))
@@ -93,8 +153,8 @@ static void fill_border(const rbf_component *c, uint32_t border, float *node)
 	}
 	for (uint32_t i = 0; i < lines; i++) {
 		float *line = node + i * line_size;
-		if (!piece[i]) {
-			memcpy(line, node + (i < 5 * steps / 2 ? steps * line_size : 0), line_size * sizeof *line);
+		if (straight ? i > 0 : !piece[i]) {
+			memcpy(line, node + (i < 5 * steps / 2 && !straight ? steps * line_size : 0), line_size * sizeof *line);
 			continue;
 		}
 		for (uint32_t k = 0; k <= steps; k++) {

@@ -153,36 +153,39 @@ static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
 	return BSDFRBF_OK;
 }
 
+/* Error against held-out samples with a number of lobes. */
+static int try_lobes(rbf_fitting *fitting, uint32_t lobes, float *error)
+{
+	rbf_lobes fitted;
+	const int failed = rbf_fit_lobes(fitting, lobes, &fitted, error);
+	rbf_lobes_free(&fitted);
+	return failed;
+}
+
 /* How many lobes one incidence is worth: doubled while that lowers the error of held-out samples, else halved once if that
  * does not raise it. Returns 0, or -1 when out of memory. */
 static int lobes_from_samples(const rbf_incidence *in, int channels, const float lambertian[3], uint32_t *lobes, float *error)
 {
-	for (*lobes = LOBES_START; ; *lobes *= 2) {
-		rbf_lobes fitted;
-		float next;
-		if (rbf_fit(in, channels, lambertian, *lobes, FIT_HOLD, &fitted, &next))
-			return -1;
-		rbf_lobes_free(&fitted);
-		if (*lobes > LOBES_START && !(next < LOBES_GAIN * *error)) {
-			*lobes /= 2;
+	rbf_fitting *fitting = rbf_fit_begin(in, channels, lambertian, FIT_HOLD);
+	int failed = !fitting || try_lobes(fitting, LOBES_START, error);
+	float next = INFINITY;
+	*lobes = LOBES_START;
+	while (!failed && 2 * *lobes <= LOBES_MOST) {
+		failed = try_lobes(fitting, 2 * *lobes, &next);
+		if (failed || !(next < LOBES_GAIN * *error))
 			break;
-		}
+		*lobes *= 2;
 		*error = next;
-		if (2 * *lobes > LOBES_MOST)
-			break;
 	}
-	if (*lobes == LOBES_START) {
-		rbf_lobes fitted;
-		float next;
-		if (rbf_fit(in, channels, lambertian, *lobes / 2, FIT_HOLD, &fitted, &next))
-			return -1;
-		rbf_lobes_free(&fitted);
-		if (next < LOBES_SAME * *error) {
-			*lobes /= 2;
+	if (!failed && *lobes == LOBES_START) {
+		failed = try_lobes(fitting, LOBES_START / 2, &next);
+		if (!failed && next < LOBES_SAME * *error) {
+			*lobes = LOBES_START / 2;
 			*error = next;
 		}
 	}
-	return 0;
+	rbf_fit_end(fitting);
+	return failed ? -1 : 0;
 }
 
 typedef struct place { double z; uint32_t base; } place;

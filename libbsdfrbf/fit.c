@@ -23,8 +23,12 @@ static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
 static const double WEIGHT_FLOOR = 1e-3;
 
-/* Working arrays of one fit. */
-typedef struct work {
+/* Working arrays of one incidence: what its fits share, and those of the last one. */
+typedef struct rbf_fitting {
+	const rbf_incidence *incidence;
+	int channels;
+	float lambertian[3];
+	uint32_t hold;
 	size_t n;                 /* samples in use */
 	rbf_tree tree;
 	float (*w)[3];            /* directions: the tree's points */
@@ -40,24 +44,23 @@ typedef struct work {
 	double *amplitude;        /* their solution, by channel */
 } work;
 
-static void work_free(work *k)
+/* What one number of lobes needed. */
+static void forget(work *k)
 {
-	rbf_tree_free(&k->tree);
-	for (int c = 0; c < 3; c++)
-		free(k->y[c]);
-	free(k->smooth);
-	free(k->spacing);
-	free(k->nearest);
-	free(k->outlier);
 	free(k->centre);
 	free(k->kappa);
 	rbf_equations_free(&k->equations);
 	free(k->amplitude);
+	k->centre = NULL;
+	k->kappa = NULL;
+	k->amplitude = NULL;
 }
 
 /* Samples in use, in the order of a tree: near ones follow each other. */
-static int gather(work *k, const rbf_incidence *in, int channels, const float lambertian[3], uint32_t hold)
+static int gather(work *k)
 {
+	const rbf_incidence *in = k->incidence;
+	const int channels = k->channels;
 	float (*w)[3] = malloc((in->count + 1) * sizeof *w);
 	size_t *from = malloc((in->count + 1) * sizeof *from);
 	for (int c = 0; c < channels; c++)
@@ -68,7 +71,7 @@ static int gather(work *k, const rbf_incidence *in, int channels, const float la
 	k->outlier = calloc(in->count + 1, 1);
 	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->spacing || !k->nearest || !k->outlier;
 	for (size_t i = 0; i < in->count && !failed; i++) {
-		if (hold > 1 && i % hold == hold / 2)
+		if (k->hold > 1 && i % k->hold == k->hold / 2)
 			continue;
 		for (int a = 0; a < 3; a++)
 			w[k->n][a] = (float)in->outgoing[3*i + (size_t)a];
@@ -79,7 +82,7 @@ static int gather(work *k, const rbf_incidence *in, int channels, const float la
 		const size_t sample = from[k->tree.index[i]];
 		k->tree.index[i] = (uint32_t)i;
 		for (int c = 0; c < channels; c++)
-			k->y[c][i] = in->dsf[sample * (size_t)channels + (size_t)c] - lambertian[c] * k->tree.point[i][2] * (float)(1 / RBF_PI);
+			k->y[c][i] = in->dsf[sample * (size_t)channels + (size_t)c] - k->lambertian[c] * k->tree.point[i][2] * (float)(1 / RBF_PI);
 	}
 	k->w = k->tree.point;
 	free(w);
@@ -224,9 +227,8 @@ static void peaks(work *k)
 }
 
 /* Farthest-point order in the density-adapted metric. */
-static int place(work *k, uint32_t lobes, const float *y)
+static int place(work *k, uint32_t lobes)
 {
-	k->level = y;
 	float top = 0;
 	size_t next = 0;
 	for (size_t i = 0; i < k->n; i++)
@@ -354,35 +356,73 @@ static float held_out_error(const rbf_incidence *in, int channels, const float l
 	return total > 0 ? (float)(difference / total) : -1;
 }
 
-static int solve(work *k, int channels, rbf_lobes *out)
+static int solve(work *k, rbf_lobes *out)
 {
-	if (equations(k, channels))
+	if (equations(k, k->channels))
 		return -1;
 	const rbf_equations *e = &k->equations;
-	for (int c = 0; c < channels; c++)
+	for (int c = 0; c < k->channels; c++)
 		if (rbf_nonnegative_solve(k->lobes, e->gram, e->right + (size_t)c * k->lobes, e->squares[c], e->count, k->amplitude + (size_t)c * k->lobes))
 			return -1;
-	return rbf_arrange(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, channels, out);
+	return rbf_arrange(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, k->channels, out);
+}
+
+rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t hold)
+{
+	work *k = calloc(1, sizeof *k);
+	if (!k)
+		return NULL;
+	k->incidence = incidence;
+	k->channels = channels;
+	memcpy(k->lambertian, lambertian, (size_t)channels * sizeof *lambertian);
+	k->hold = hold;
+	if (gather(k)) {
+		rbf_fit_end(k);
+		return NULL;
+	}
+	k->level = k->y[rbf_luminance((uint32_t)channels)];
+	smooth(k, k->level);
+	return k;
+}
+
+void rbf_fit_end(rbf_fitting *k)
+{
+	if (!k)
+		return;
+	forget(k);
+	rbf_tree_free(&k->tree);
+	for (int c = 0; c < 3; c++)
+		free(k->y[c]);
+	free(k->smooth);
+	free(k->spacing);
+	free(k->nearest);
+	free(k->outlier);
+	free(k);
+}
+
+int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
+{
+	memset(out, 0, sizeof *out);
+	memset(k->outlier, 0, k->n);
+	*error = -1;
+	int failed = place(k, lobes) || solve(k, out);
+	if (!failed && find_outliers(k, out)) {
+		rbf_lobes_free(out);
+		failed = solve(k, out);
+	}
+	if (!failed)
+		*error = held_out_error(k->incidence, k->channels, k->lambertian, k->hold, out);
+	forget(k);
+	return failed ? -1 : 0;
 }
 
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
 	rbf_lobes *out, float *error)
 {
-	work k = {0};
-	const uint32_t y = rbf_luminance((uint32_t)channels);
+	rbf_fitting *k = rbf_fit_begin(incidence, channels, lambertian, hold);
 	memset(out, 0, sizeof *out);
 	*error = -1;
-	int failed = gather(&k, incidence, channels, lambertian, hold);
-	if (!failed) {
-		smooth(&k, k.y[y]);
-		failed = place(&k, lobes, k.y[y]) || solve(&k, channels, out);
-	}
-	if (!failed && find_outliers(&k, out)) {
-		rbf_lobes_free(out);
-		failed = solve(&k, channels, out);
-	}
-	if (!failed)
-		*error = held_out_error(incidence, channels, lambertian, hold, out);
-	work_free(&k);
+	const int failed = !k || rbf_fit_lobes(k, lobes, out, error);
+	rbf_fit_end(k);
 	return failed ? -1 : 0;
 }

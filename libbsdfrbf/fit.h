@@ -14,4 +14,11 @@ int rbf_fit_lambertian(const rbf_team *team, const rbf_measured *measured, int c
  * relative L1 of the fit against those in *error (else -1). Returns 0, or -1 when out of memory. Thread-safe. */
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
 	rbf_lobes *out, float *error);
+
+/* The same in steps, for several numbers of lobes: what they share is done once. rbf_fit_begin() returns NULL when out of memory;
+ * the incidence must stay. */
+typedef struct rbf_fitting rbf_fitting;
+rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t hold);
+int rbf_fit_lobes(rbf_fitting *fitting, uint32_t lobes, rbf_lobes *out, float *error);
+void rbf_fit_end(rbf_fitting *fitting);
 #endif
