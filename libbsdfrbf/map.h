@@ -154,7 +154,7 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
 		rbf_map_turned(map, linear, i, a);
 		rbf_map_turned(map, linear, k, b);
 		const float v[3] = {a[1]*b[2] - a[2]*b[1], a[2]*b[0] - a[0]*b[2], a[0]*b[1] - a[1]*b[0]};
-		const float c = rbf_dot(a, b), t = 1 / fmaxf(1 + c, 1e-6f);
+		const float c = rbf_dot(a, b), t = 1 / rbf_max(1 + c, 1e-6f);
 		w->m[0] = c + t*v[0]*v[0];    w->m[1] = t*v[0]*v[1] - v[2]; w->m[2] = t*v[0]*v[2] + v[1];
 		w->m[3] = t*v[0]*v[1] + v[2]; w->m[4] = c + t*v[1]*v[1];    w->m[5] = t*v[1]*v[2] - v[0];
 		w->m[6] = t*v[0]*v[2] - v[1]; w->m[7] = t*v[1]*v[2] + v[0]; w->m[8] = c + t*v[2]*v[2];
@@ -167,8 +167,8 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
 		w->m[1] = b[1] - a[1];
 	} else if (w->kind == RBF_KIND_HALF) {
 		const float c = rbf_dot(i, k);
-		w->gain = k[2] / fmaxf(i[2], 0.01f);
-		w->sine = sqrtf(fmaxf(1 - c*c, 0.f));
+		w->gain = k[2] / rbf_max(i[2], 0.01f);
+		w->sine = sqrtf(rbf_max(1 - c*c, 0.f));
 		w->most = 1 + w->sine * RBF_SLANT_MAX;
 	}
 }
@@ -283,6 +283,6 @@ static inline float rbf_warp_inverse(const rbf_warp *w, const float p[3], float 
  * for the half map i.h / k.h <= cos a + sin a tan b, a between i and k, b between h and k. */
 static inline float rbf_warp_bound(const rbf_warp *w, float t)
 {
-	return w->kind == RBF_KIND_HALF ? w->gain * (1 + w->sine * fminf(t, RBF_SLANT_MAX)) : 1.f;
+	return w->kind == RBF_KIND_HALF ? w->gain * (1 + w->sine * rbf_min(t, RBF_SLANT_MAX)) : 1.f;
 }
 #endif

@@ -50,6 +50,7 @@ typedef struct sampler {
 	int swapped, below; /* below: outgoing vectors have z < 0 */
 	float local[3];
 	rbf_site site;
+	rbf_sampler draws;
 } sampler;
 
 static void sampler_find(const bsdfrbf_model *model, const float incident[3], int transmit, sampler *s)
@@ -57,8 +58,10 @@ static void sampler_find(const bsdfrbf_model *model, const float incident[3], in
 	s->model = model;
 	s->component = side_of(model, incident, transmit, s->local, &s->swapped);
 	s->below = (incident[2] < 0) != (transmit != 0);
-	if (s->component && !s->swapped)
+	if (s->component && !s->swapped) {
 		rbf_site_locate(s->component, s->local, &s->site);
+		rbf_sampler_set(&s->site, &s->draws);
+	}
 }
 
 static int sampler_draw(const sampler *s, double u, float outgoing[3])
@@ -67,7 +70,7 @@ static int sampler_draw(const sampler *s, double u, float outgoing[3])
 	if (!s->component)
 		return 0;
 	const int drawn = s->swapped ? rbf_reciprocal_sample(s->model, s->component, s->local, u, outgoing)
-		: rbf_site_sample(&s->site, u, outgoing);
+		: rbf_site_sample(&s->site, &s->draws, u, outgoing);
 	if (s->below)
 		outgoing[2] = -outgoing[2];
 	return drawn;

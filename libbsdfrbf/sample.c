@@ -58,9 +58,9 @@ void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint
 }
 
 /* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
-static void around(const float centre[3], double w, double cosine, double sine, float out[3])
+static inline void around(const float centre[3], double w, double cosine, double sine, float out[3])
 {
-	const double radius = sqrt(fmax(w * (2 - w), 0));
+	const double square = w * (2 - w), radius = square > 0 ? sqrt(square) : 0;
 	/* orthonormal basis: Duff et al., Building an orthonormal basis, revisited, 2017 */
 	const float sign = copysignf(1, centre[2]), a = -1 / (sign + centre[2]), b = centre[0] * centre[1] * a;
 	const float t[3] = {1 + sign * centre[0]*centre[0]*a, sign * b, -sign * centre[0]};
@@ -77,15 +77,37 @@ void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float
 	around(centre, rest > 0 ? fmin(-log(rest) / kappa, 2) : 2, cos(phi), sin(phi), out);
 }
 
+/* Cosine and sine of 2 pi v, v in [0, 1], to 1e-7: twice the angle of a = pi (v - 1/2), turned back by half a turn. */
+static inline void circle(double v, double *cosine, double *sine)
+{
+	const double a = RBF_PI * (v - .5), q = a * a;
+	const double s = a * (1 + q * (-1./6 + q * (1./120 + q * (-1./5040 + q * (1./362880 + q * (-1./39916800))))));
+	const double c = 1 + q * (-1./2 + q * (1./24 + q * (-1./720 + q * (1./40320 + q * (-1./3628800 + q * (1./479001600))))));
+	*cosine = 2 * s * s - 1;
+	*sine = -2 * s * c;
+}
+
+/* As rbf_lobe_draw(), quicker and not to the last digit. */
+static inline void draw(const float centre[3], double kappa, double u, double v, float out[3])
+{
+	const double rest = kappa > 20 ? u : u + (1 - u) * exp(-2 * kappa);
+	double w = rest > 0 ? -log(rest) / kappa : 2, cosine, sine;
+	w = w < 2 ? w : 2;
+	circle(v, &cosine, &sine);
+	around(centre, w, cosine, sine, out);
+}
+
 /* Carries a direction drawn at a corner back to the site. Returns the term's value over the lobe's: the factor of the map, the
- * corner's share and the limit at the horizon; 0 if it falls outside. exitant is folded. */
-static float carry(const rbf_site *site, uint32_t corner, uint32_t frame, const float drawn[3], float exitant[3])
+ * corner's share and the limit at the horizon; 0 if it falls outside. exitant is folded. clear: of rbf_sampler. */
+static inline float carry(const rbf_site *site, uint32_t corner, uint32_t frame, float clear, const float drawn[3], float exitant[3])
 {
 	float p[3];
 	rbf_mirror(site->vertex_op[corner], drawn, p);
 	const float factor = rbf_warp_inverse(&site->warp[corner][frame], p, exitant);
 	if (!(factor > 0) || !(exitant[2] > 0))
 		return 0;
+	if (exitant[2] >= clear)
+		return factor;
 	float share[3], gain[3], mapped[3][3];
 	rbf_site_map(site, frame, exitant, share, gain, mapped);
 	return factor * share[corner] * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
@@ -122,72 +144,114 @@ void rbf_split_number(double u, double *a, double *b)
 	*b = ((double)even_bits(bits >> 1) + .5) * 0x1p-20;
 }
 
-/* First of `count` rising numbers that is above the target, or the last one. No branch that could be guessed wrong. */
-static uint32_t first_above(const float *rising, uint32_t count, float target)
+/* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise. By compares that do not wait for each
+ * other, and no branch that could be guessed wrong. */
+static inline uint32_t first_above(const float *rising, uint32_t blocks, float target)
 {
-	uint32_t low = 0;
-	while (count > 1) {
-		const uint32_t half = count / 2;
-		low = rising[low + half - 1] > target ? low : low + half;
-		count -= half;
-	}
-	return low;
+	uint32_t block = 0, ways = 0, lane = 0;
+	for (uint32_t n = 8; n < blocks; n += 8)
+		block += rising[n * RBF_LANES - 1] <= target ? 8 : 0;
+	const uint32_t left = blocks - block;
+	for (uint32_t n = 1; n < 8; n++)
+		ways += rising[(block + (n < left ? n : left)) * RBF_LANES - 1] <= target;
+	block += ways < left ? ways : left - 1;
+	for (uint32_t n = 0; n < RBF_LANES - 1; n++)
+		lane += rising[block * RBF_LANES + n] <= target;
+	return block * RBF_LANES + lane;
 }
 
-int rbf_site_sample(const rbf_site *site, double u, float exitant[3])
+/* No map of a site moves an exitant direction by more than the angle given here: a half map mirrors both ends of the arc from i to k,
+ * a turn is known. A shift moves its tangential components. */
+static float clear_of(const rbf_site *site, uint32_t frame)
+{
+	static const float VALID_S = .9539392f; /* the sine that belongs to RBF_VALID_Z */
+	float cosine = 1, shift2 = 0;
+	for (uint32_t k = 0; k < site->corners; k++) {
+		const rbf_warp *w = &site->warp[k][frame];
+		cosine = rbf_min(w->kind == RBF_KIND_HALF ? rbf_dot(w->i, w->k) : w->cosine, cosine);
+		if (w->kind == RBF_KIND_SHIFT)
+			shift2 = rbf_max(w->m[0]*w->m[0] + w->m[1]*w->m[1], shift2);
+	}
+	if (shift2 > 0) {
+		const float s = VALID_S - sqrtf(shift2);
+		return s > 0 ? sqrtf(1 - s*s) + 1e-4f : 2;
+	}
+	return cosine > RBF_VALID_Z ? RBF_VALID_Z * cosine + VALID_S * sqrtf(rbf_max(1 - cosine*cosine, 0)) + 1e-4f : 2;
+}
+
+void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
 {
 	const rbf_component *c = site->component;
-	const size_t lanes = (size_t)c->blocks * RBF_LANES;
-	double part[3 * RBF_MAX_FRAMES * 2], total = 0;
-	int parts = 0;
+	double total = 0;
+	sampler->parts = 0;
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			const rbf_warp *warp = &site->warp[k][f];
-			part[parts++] = total += (double)site->weight[k] * warp->gain * set->mass[0];
-			part[parts++] = total += (double)site->weight[k] * warp->gain * warp->sine * set->mass[1];
+			const double bound = (double)(site->weight[k] * warp->gain);
+			for (uint32_t t = 0; t < 2; t++) {
+				const double slant = t ? (double)warp->sine : 1;
+				if (!(slant > 0) || !set->blocks)
+					continue;
+				struct rbf_sampler_part *part = &sampler->part[sampler->parts];
+				part->cumulative = c->cumulative + ((size_t)t * c->blocks + set->first) * RBF_LANES;
+				part->mass = set->mass[t];
+				part->first = set->first;
+				part->blocks = set->blocks;
+				part->corner = (uint8_t)k;
+				part->frame = (uint8_t)f;
+				sampler->running[sampler->parts++] = total += bound * slant * part->mass;
+			}
 		}
+	for (uint32_t f = 0; f < c->frames; f++)
+		sampler->clear[f] = clear_of(site, f);
+}
+
+/* Into [0, 1). */
+static inline double clamped(double u)
+{
+	return u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
+}
+
+int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
+{
+	const rbf_component *c = site->component;
+	const size_t lanes = (size_t)c->blocks * RBF_LANES;
+	const uint32_t last = sampler->parts - 1;
+	const double total = sampler->parts ? sampler->running[last] : 0;
 	exitant[0] = exitant[1] = exitant[2] = 0;
 	if (!(total > 0))
 		return 0;
-	u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
+	u = clamped(u);
 	uint64_t state;
 	memcpy(&state, &u, sizeof state);
 	for (int attempt = 0; attempt < TRIES; attempt++) {
-		double pick = u * total;
-		int p = 0;
-		while (p < parts - 1 && pick >= part[p])
-			p++;
-		const double below = p ? part[p - 1] : 0;
-		const uint32_t table = (uint32_t)p & 1, frame = (uint32_t)(p / 2) % c->frames, k = (uint32_t)(p / 2) / c->frames;
-		const uint32_t s = site->base[k] * c->frames + frame;
-		const rbf_set *set = rbf_bound_set(c, s);
-		u = (pick - below) / (part[p] - below);
-		u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
+		const double pick = u * total;
+		uint32_t p = 0;
+		for (uint32_t n = 0; n < last; n++)
+			p += pick >= sampler->running[n]; /* they rise */
+		const struct rbf_sampler_part *part = &sampler->part[p];
+		const double below = p ? sampler->running[p - 1] : 0;
+		const uint32_t frame = part->frame, k = part->corner;
 		/* the lobe */
-		const float *cumulative = c->cumulative + table * lanes + (size_t)set->first * RBF_LANES;
-		const float target = (float)(u * set->mass[table]);
-		if (!set->blocks)
-			return 0;
-		const uint32_t low = first_above(cumulative, set->blocks * RBF_LANES, target);
-		const double from = low ? cumulative[low - 1] : 0, step = cumulative[low] - from;
-		u = step > 0 ? (u * set->mass[table] - from) / step : .5;
-		u = u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
-		const uint32_t block = set->first + low / RBF_LANES, lane = low % RBF_LANES;
+		const double mass = clamped((pick - below) / (sampler->running[p] - below)) * part->mass;
+		const uint32_t low = first_above(part->cumulative, part->blocks, (float)mass);
+		const double from = low ? (double)part->cumulative[low - 1] : 0, step = (double)part->cumulative[low] - from;
+		const uint32_t block = part->first + low / RBF_LANES, lane = low % RBF_LANES;
 		const float kappa = c->block[block].k[lane];
 		double a, b;
 		if (attempt)
 			a = rbf_uniform(&state), b = rbf_uniform(&state);
 		else
-			rbf_split_number(u, &a, &b);
+			rbf_split_number(step > 0 ? clamped((mass - from) / step) : .5, &a, &b);
 		if (kappa > 0) {
 			float centre[3], drawn[3], folded[3];
 			rbf_site_centre(site, k, block, lane, centre);
-			rbf_lobe_draw(centre, kappa, a, b, drawn);
-			const float value = carry(site, k, frame, drawn, folded);
+			draw(centre, (double)kappa, a, b, drawn);
+			const float value = carry(site, k, frame, sampler->clear[frame], drawn, folded);
 			const float *reach = c->reach + (size_t)block * RBF_LANES + lane;
 			const float bound = rbf_warp_bound(&site->warp[k][frame], reach[lanes]) * reach[0];
-			if (value > 0 && (value >= bound || rbf_uniform(&state) * bound < value)) {
+			if (value > 0 && (value >= bound || rbf_uniform(&state) * (double)bound < (double)value)) {
 				rbf_site_unfold(site, folded, exitant);
 				return 1;
 			}

@@ -6,9 +6,24 @@
 
 #define RBF_LOBE_SPREAD 4.f /* sigmas that the bounds cover: all but 3e-4 of a lobe */
 
+/* What all draws at one site have in common. A part is one table of running sums for one corner and frame. */
+typedef struct rbf_sampler {
+	uint32_t parts;
+	float clear[RBF_MAX_FRAMES];       /* z of exitant directions from which on no corner of a frame takes over from another */
+	double running[2 * RBF_SITE_JOBS]; /* sum of the parts' bounds */
+	struct rbf_sampler_part {
+		const float *cumulative;
+		double mass;
+		uint32_t first, blocks;
+		uint8_t corner, frame;
+	} part[2 * RBF_SITE_JOBS];
+} rbf_sampler;
+
+void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
+
 /* Draws an exitant direction in the component's half space (not folded), density proportional to the
  * luminance of DSF without the Lambertian part. Returns 1, or 0 if there is nothing to draw. */
-int rbf_site_sample(const rbf_site *site, double u, float exitant[3]);
+int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3]);
 
 /* One number of [0, 1) into two, by its odd and even bits: what was stratified stays so in both. */
 void rbf_split_number(double u, double *a, double *b);
