@@ -285,6 +285,40 @@ BSDFRBF_API void bsdfrbf_pdf_many(const bsdfrbf_model *model, size_t count, cons
 BSDFRBF_API void bsdfrbf_resolution(const bsdfrbf_model *model, const float incident[3],
 	const float *outgoing, int transmit, float *smallest, float *largest);
 
+/* ------------------------------------------------------- at one incidence */
+
+/* One incident direction, made ready for several questions: what depends on it alone is worked out once, when it is first needed. It is
+ * the caller's memory and takes no other; it may be copied, needs no release, belongs to one thread at a time, and answers until
+ * the model is closed. */
+typedef struct bsdfrbf_incidence {
+	uint64_t room[640]; /* the library's */
+} bsdfrbf_incidence;
+
+/* Fills `at`, with whatever in it, for this incident direction. */
+BSDFRBF_API void bsdfrbf_prepare(const bsdfrbf_model *model, const float incident[3], bsdfrbf_incidence *at);
+
+/* As bsdfrbf_eval() at this incidence. */
+BSDFRBF_API void bsdfrbf_incidence_eval(bsdfrbf_incidence *at, const float outgoing[3], float *value);
+
+/* As bsdfrbf_eval_scatter(). */
+BSDFRBF_API void bsdfrbf_incidence_eval_scatter(bsdfrbf_incidence *at, const float outgoing[3], float *value);
+
+/* As bsdfrbf_dhr(). */
+BSDFRBF_API void bsdfrbf_incidence_dhr(bsdfrbf_incidence *at, int transmit, float *value);
+
+/* As bsdfrbf_dhr_scatter(). */
+BSDFRBF_API void bsdfrbf_incidence_dhr_scatter(bsdfrbf_incidence *at, int transmit, float *value);
+
+/* As bsdfrbf_sample(). */
+BSDFRBF_API int bsdfrbf_incidence_sample(bsdfrbf_incidence *at, int transmit, double u, float outgoing[3]);
+
+/* As bsdfrbf_pdf(). */
+BSDFRBF_API float bsdfrbf_incidence_pdf(bsdfrbf_incidence *at, const float outgoing[3]);
+
+/* As bsdfrbf_resolution(). */
+BSDFRBF_API void bsdfrbf_incidence_resolution(bsdfrbf_incidence *at, const float *outgoing, int transmit,
+	float *smallest, float *largest);
+
 /* ---------------------------------------------------------------- resample */
 
 /* Angle basis of a matrix: LBNL/Klems. */

@@ -31,9 +31,13 @@
 
 #if defined(__GNUC__)
 #define RBF_THREAD	__thread
+#define RBF_NEXT(n)	__sync_add_and_fetch(&(n), 1)
 #else
 #define RBF_THREAD
+#define RBF_NEXT(n)	(++(n))
 #endif
+
+static unsigned long	rbf_files;	/* loaded so far */
 
 /* State between getCDist and sampCDist. */
 typedef struct {
@@ -44,6 +48,25 @@ typedef struct {
 
 static RBF_THREAD RBFstate	rbf_ring[RBF_RING];
 static RBF_THREAD unsigned	rbf_ring_next;
+
+/* The incidence asked last: a hit asks a dozen questions about one, and specular sampling many more. */
+static RBF_THREAD struct {
+	unsigned long		serial;		/* of the file, 0: none */
+	float			incident[3];
+	bsdfrbf_incidence	at;
+} rbf_last;
+
+static bsdfrbf_incidence *
+rbf_at(const RBFfile *file, const float incident[3])
+{
+	if ((rbf_last.serial != file->serial) | (rbf_last.incident[0] != incident[0]) |
+			(rbf_last.incident[1] != incident[1]) | (rbf_last.incident[2] != incident[2])) {
+		bsdfrbf_prepare(file->model, incident, &rbf_last.at);
+		VCOPY(rbf_last.incident, incident);
+		rbf_last.serial = file->serial;
+	}
+	return &rbf_last.at;
+}
 
 /*
  * Chromaticities (x, y) of the primaries. Radiance mixes colours by chromaticity and luminance, so that a primary needs
@@ -142,7 +165,7 @@ rbf_get_bsdfs(float coef[SDmaxCh], const FVECT inVec, const FVECT outVec, SDComp
 		return 0;
 	VCOPY(incident, inVec);
 	VCOPY(outgoing, outVec);
-	bsdfrbf_eval_scatter(part->file->model, incident, outgoing, value);
+	bsdfrbf_incidence_eval_scatter(rbf_at(part->file, incident), outgoing, value);
 	if (part->file->channels == 1)
 		coef[0] = value[0];
 	else
@@ -168,7 +191,7 @@ rbf_query_proj_sa(double *psa, const FVECT v1, const RREAL *v2, int qflags, SDCo
 	if (v2 != NULL) {
 		VCOPY(outgoing, v2);
 	}
-	bsdfrbf_resolution(part->file->model, incident, v2 == NULL ? NULL : outgoing, part->transmit,
+	bsdfrbf_incidence_resolution(rbf_at(part->file, incident), v2 == NULL ? NULL : outgoing, part->transmit,
 				&low, &high);
 	smallest = low; largest = high;
 	if (v2 == NULL) {
@@ -215,7 +238,7 @@ rbf_get_cdist(const FVECT inVec, SDComponent *sdc)
 	state->next = NULL;
 	state->part = part;
 	VCOPY(state->incident, inVec);
-	bsdfrbf_dhr_scatter(part->file->model, state->incident, part->transmit, value);
+	bsdfrbf_incidence_dhr_scatter(rbf_at(part->file, state->incident), part->transmit, value);
 	state->cTotal = value[part->file->channels == 3];
 	return (const SDCDst *)state;
 }
@@ -233,7 +256,7 @@ rbf_samp_cdist(FVECT ioVec, double randX, const SDCDst *cdp)
 		return SDEinternal;
 	if (!(randX >= 0)) randX = 0;
 	else if (randX >= 1.) randX = 1. - 1e-9;
-	if (!bsdfrbf_sample(state->part->file->model, state->incident, state->part->transmit, randX, outgoing)) {
+	if (!bsdfrbf_incidence_sample(rbf_at(state->part->file, state->incident), state->part->transmit, randX, outgoing)) {
 		/* DHR says there is energy: keep it, in the direction of the specular beam */
 		outgoing[0] = -state->incident[0];
 		outgoing[1] = -state->incident[1];
@@ -374,6 +397,7 @@ rbf_fill(SDData *sd, bsdfrbf_model *model)
 	}
 	SDerrorDetail[0] = '\0';
 	file->model = model;
+	file->serial = RBF_NEXT(rbf_files);
 	file->users = 1;			/* ourselves */
 	file->channels = bsdfrbf_channels(model);
 	rbf_find_through(file);

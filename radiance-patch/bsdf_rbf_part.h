@@ -10,6 +10,7 @@
 /* One file: the components share its model, and the last one to go closes it. */
 typedef struct {
 	bsdfrbf_model	*model;
+	unsigned long	serial;		/* no two files have the same, even one after the other in the same place */
 	int		users;
 	int		channels;	/* 1 or 3 */
 	int		any_through;
