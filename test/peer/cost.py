@@ -134,7 +134,8 @@ def main():
     pair = ranks(options.material, 120 if options.quick else 250, 1500, 1 if options.quick else 3)
     if pair:
         facts['ranks'] = {'one': pair[0], 'two': pair[1]}
-        say(f'mpirun -np 2: {pair[1][0]:.1f} s by the clock, {pair[1][1]:.1f} s of processor time; one process {pair[0][0]:.1f} s, {pair[0][1]:.1f} s')
+        say(f'mpirun -np 2: {pair[1][0]:.1f} s by the clock, {pair[1][1] / 2:.1f} s of processor time each; one process '
+            f'{pair[0][0]:.1f} s, {pair[0][1]:.1f} s')
     else:
         say('mpirun -np 2: mkrbf was built without MPI, or there is no mpirun')
     stem = os.path.join(WORK, 'cost')
