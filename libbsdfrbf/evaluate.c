@@ -20,6 +20,15 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 		for (uint32_t f = 0; f < c->frames; f++)
 			rbf_warp_set(&site->warp[k][f], c->frame[f], rbf_frame_linear(c, f), site->incident, vertex[n].direction);
 	}
+	/* Facets without shadows send out as 1/cos of the incidence, real surfaces less so: at most the same everywhere. The corners' weights,
+	 * whose sum is even for the one, are taken half way to those that are even for the other. */
+	for (uint32_t f = 0; f < c->frames; f++) {
+		float total = 0;
+		for (uint32_t k = 0; k < site->corners; k++)
+			total += site->weight[k] * site->warp[k][f].gain;
+		for (uint32_t k = 0; k < site->corners && total > 0; k++)
+			site->warp[k][f].gain /= sqrtf(total);
+	}
 }
 
 /* An incident direction that is folded already. */

@@ -131,7 +131,7 @@ typedef struct rbf_warp {
 	float i[3], k[3];
 	float m[9];      /* turn: the rotation; shift: the first two, by how much; else 0 */
 	float cosine;    /* turn: of its angle; else 1 */
-	float gain;      /* half: cos k / cos i */
+	float gain;      /* half: cos k / cos i; a site then evens those of its corners */
 	float sine;      /* sine of the angle between i and k */
 	float most;      /* half: limit of the change of solid angle */
 } rbf_warp;

@@ -30,6 +30,7 @@ void rbf_split_number(double u, double *a, double *b);
 
 /* A number of [0, 1) from a state that any number may start. */
 double rbf_uniform(uint64_t *state);
+
 /* Centre of a corner's lobe with the site's residual motion, in the base's coordinates. */
 void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3]);
 

@@ -109,17 +109,21 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 	const double o[3] = {(double)exitant[0], (double)exitant[1], (double)exitant[2]};
 	value[0] = value[1] = value[2] = 0;
 	for (uint32_t f = 0; f < c->frames; f++) {
-		double share[3], factor[3], mapped[3][3], total = 0;
+		struct double_warp warp[3];
+		double share[3], factor[3], mapped[3][3], total = 0, gain = 0;
 		for (uint32_t k = 0; k < site->corners; k++) {
-			struct double_warp warp;
 			double i[3], to[3];
 			for (int n = 0; n < 3; n++) {
 				i[n] = (double)site->incident[n];
 				to[n] = (double)site->warp[k][f].k[n];
 			}
-			double_warp_set(&warp, c->frame[f], rbf_frame_linear(c, f), i, to);
-			factor[k] = double_warp_forward(&warp, o, mapped[k]);
-			share[k] = double_warp_validity(&warp, mapped[k][2]);
+			double_warp_set(&warp[k], c->frame[f], rbf_frame_linear(c, f), i, to);
+			gain += (double)site->weight[k] * warp[k].gain;
+		}
+		for (uint32_t k = 0; k < site->corners; k++) {
+			warp[k].gain /= sqrt(gain);
+			factor[k] = double_warp_forward(&warp[k], o, mapped[k]);
+			share[k] = double_warp_validity(&warp[k], mapped[k][2]);
 			total += (double)site->weight[k] * share[k];
 		}
 		for (uint32_t k = 0; k < site->corners; k++) {
