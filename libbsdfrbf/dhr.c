@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "bounds.h"
+#include "clones.h"
 #include "dhr.h"
 
 /* First node of the piece that holds x (in steps), an even number, and the rest. */
@@ -18,7 +19,7 @@ static void limit(uint32_t channels, float value[3])
 		value[n] = value[n] > 0 ? value[n] : 0; /* a quadratic piece may swing below */
 }
 
-void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight[3], float value[3])
+RBF_CLONES static void inside(const rbf_component *c, uint32_t element, const float weight[3], float value[3])
 {
 	const uint32_t steps = c->dhr_steps;
 	const float *table = c->dhr + (size_t)element * rbf_dhr_element_nodes(c) * c->channels;
@@ -40,15 +41,18 @@ void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight
 			else
 				q -= 2, y += 2;
 		}
-		const int flipped = x + y > 2 && p + q + 4 <= steps;
-		/* weights of the small triangle's corners; a flipped one has them at (2, 2), (0, 2), (2, 0) */
+		/* rows q to q + 2 of the lattice from column p on. Weights of the small triangle's corners, which are (0, 0), (2, 0), (0, 2) or, if
+		 * it is flipped, (2, 2), (0, 2), (2, 0): which it is is chance, so that nothing here branches on it */
+		const uint32_t row0 = rbf_dhr_lattice(steps, p, q), row1 = row0 + steps + 1 - q, row2 = row1 + steps - q;
+		const int flipped = (x + y > 2) & (p + q + 4 <= steps);
 		const float b = flipped ? 1 - .5f * x : .5f * x, g = flipped ? 1 - .5f * y : .5f * y, a = 1 - b - g;
-		const uint32_t corner = flipped ? 2 : 0;
-		const int step = flipped ? -1 : 1;
-		static const int to[6][2] = {{0, 0}, {2, 0}, {0, 2}, {1, 0}, {1, 1}, {0, 1}};
 		nodes = 6;
-		for (uint32_t n = 0; n < nodes; n++)
-			node[n] = rbf_dhr_lattice(steps, p + corner + (uint32_t)(step * to[n][0]), q + corner + (uint32_t)(step * to[n][1]));
+		node[0] = flipped ? row2 + 2 : row0;
+		node[1] = flipped ? row2 : row0 + 2;
+		node[2] = flipped ? row0 + 2 : row2;
+		node[3] = flipped ? row2 + 1 : row0 + 1;
+		node[4] = row1 + 1;
+		node[5] = flipped ? row1 + 2 : row1;
 		part[0] = a * (2*a - 1);
 		part[1] = b * (2*b - 1);
 		part[2] = g * (2*g - 1);
@@ -62,6 +66,11 @@ void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight
 			value[n] += part[k] * table[node[k] * c->channels + n];
 	}
 	limit(c->channels, value);
+}
+
+void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight[3], float value[3])
+{
+	inside(c, element, weight, value);
 }
 
 /* The arc's ends, its unit tangent `along` at a point p and the outward normal of its plane, which is the same everywhere on it:

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "bounds.h"
+#include "clones.h"
 #include "dhr.h"
 #include "evaluate.h"
 
@@ -8,7 +9,10 @@
 static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float weight[], uint32_t count)
 {
 	const rbf_component *c = site->component;
+	float beam[RBF_MAX_FRAMES][3];
 	site->corners = 0;
+	for (uint32_t f = 0; f < c->frames; f++)
+		rbf_map_source(c->frame[f], rbf_frame_linear(c, f), site->incident, beam[f]);
 	for (uint32_t n = 0; n < count; n++) {
 		if (!(weight[n] > 0))
 			continue;
@@ -18,7 +22,7 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 		site->weight[k] = weight[n];
 		site->shift[k][0] = site->shift[k][1] = NULL;
 		for (uint32_t f = 0; f < c->frames; f++)
-			rbf_warp_set(&site->warp[k][f], c->frame[f], rbf_frame_linear(c, f), site->incident, vertex[n].direction);
+			rbf_warp_from(&site->warp[k][f], c->frame[f], rbf_frame_linear(c, f), site->incident, beam[f], vertex[n].direction);
 	}
 	/* Facets without shadows send out as 1/cos of the incidence, real surfaces less so: at most the same everywhere. The corners' weights,
 	 * whose sum is even for the one, are taken half way to those that are even for the other. */
@@ -29,6 +33,8 @@ static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float w
 		for (uint32_t k = 0; k < site->corners && total > 0; k++)
 			site->warp[k][f].gain /= sqrtf(total);
 	}
+	for (uint32_t k = site->corners; k < 3; k++)
+		site->weight[k] = 0;
 }
 
 /* An incident direction that is folded already. */
@@ -168,54 +174,91 @@ void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[
 		rbf_mirror(site->op, folded, exitant);
 }
 
+typedef float lanes __attribute__((vector_size(16)));
+typedef int32_t lane_mask __attribute__((vector_size(16)));
+
+static inline lanes select(lane_mask m, lanes a, lanes b)
+{
+	return (lanes)((m & (lane_mask)a) | (~m & (lane_mask)b));
+}
+
+static inline lanes all(float x)
+{
+	return (lanes){x, x, x, x};
+}
+
+/* Corners that a site has not got have no weight. No branch depends on the direction: it could not be foreseen. */
+RBF_CLONES static void map_frame(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
+{
+	const uint32_t corners = site->corners;
+	const enum rbf_map_kind kind = site->warp[0][frame].kind;
+	float z[3] = {1, 1, 1};
+#define EACH(forward) \
+	for (uint32_t k = 0; k < corners; k++) { \
+		factor[k] = forward(&site->warp[k][frame], exitant, mapped[k]); \
+		z[k] = mapped[k][2]; \
+	}
+	switch (kind) {
+	case RBF_KIND_TURN: EACH(rbf_turn_forward) break;
+	case RBF_KIND_HALF: EACH(rbf_half_forward) break;
+	case RBF_KIND_SHIFT: EACH(rbf_shift_forward) break;
+	default:
+		for (uint32_t k = 0; k < corners; k++)
+			factor[k] = rbf_same(exitant, mapped[k]);
+	}
+#undef EACH
+	/* as rbf_warp_validity() */
+	lanes v = {z[0], z[1], z[2], 1};
+	v *= all(1 / RBF_VALID_Z);
+	v = select(v > all(1e-3f), v, all(1e-3f));
+	v = select(v < all(1), v, all(1));
+	v *= v;
+	const lanes weighted = v * (lanes){site->weight[0], site->weight[1], site->weight[2], 0};
+	v /= all(weighted[0] + weighted[1] + weighted[2]);
+	v = select(v < all(RBF_VALID_GAIN), v, all(RBF_VALID_GAIN));
+	for (int k = 0; k < 3; k++)
+		share[k] = v[k];
+}
+
 void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
 {
-	float total = 0;
-	for (uint32_t k = 0; k < site->corners; k++) {
-		const rbf_warp *warp = &site->warp[k][frame];
-		factor[k] = rbf_warp_forward(warp, exitant, mapped[k]);
-		share[k] = rbf_warp_validity(warp, mapped[k][2]);
-		total += site->weight[k] * share[k];
-	}
-	for (uint32_t k = 0; k < site->corners; k++)
-		share[k] = rbf_min(share[k] / total, RBF_VALID_GAIN);
+	map_frame(site, frame, exitant, share, factor, mapped);
 }
 
-/* Word of the culling masks for a set and a direction in the base's coordinates, or NULL: everything counts. */
-static const uint64_t *groups_at(const rbf_component *c, uint32_t set, const float direction[3])
+/* Word of the culling masks for a set and a direction in the base's coordinates. Below the horizon everything counts. */
+static inline const uint64_t *groups_at(const rbf_component *c, uint32_t set, const float direction[3])
 {
-	if (!c->cull || !(direction[2] > 0))
-		return NULL;
+	static const uint64_t everything = ~(uint64_t)0;
 	float disc[2];
 	uint32_t cell[2];
+	if (!c->cull)
+		return &everything;
 	rbf_disc_from_direction(direction, disc);
 	for (int n = 0; n < 2; n++) {
-		const float t = (disc[n] + 1) * (RBF_CULL_GRID * .5f); /* may be not a number */
-		cell[n] = t > 0 ? t < RBF_CULL_GRID ? (uint32_t)t : RBF_CULL_GRID - 1 : 0;
+		const float t = (disc[n] + 1) * (RBF_CULL_GRID * .5f), high = t > 0 ? t : 0; /* may be not a number */
+		cell[n] = (uint32_t)(int32_t)(high < RBF_CULL_GRID - .5f ? high : RBF_CULL_GRID - .5f);
 	}
-	return c->cull + (size_t)set * (RBF_CULL_GRID * RBF_CULL_GRID) + cell[1] * RBF_CULL_GRID + cell[0];
+	const uint64_t *word = c->cull + (size_t)set * (RBF_CULL_GRID * RBF_CULL_GRID) + cell[1] * RBF_CULL_GRID + cell[0];
+	return direction[2] > 0 ? word : &everything;
 }
 
-/* What is to be summed at a folded exitant direction, one job for every corner and frame that counts. */
-static uint32_t jobs_at(const rbf_site *site, const float exitant[3], uint32_t channels, rbf_kernel_job job[RBF_SITE_JOBS])
+/* What is to be summed at a folded exitant direction, one job for every corner and frame that counts; the masks are still to be read. */
+RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3], uint32_t channels, rbf_kernel_job job[RBF_SITE_JOBS],
+	const uint64_t *mask[RBF_SITE_JOBS])
 {
 	const rbf_component *c = site->component;
-	const uint64_t *mask[RBF_SITE_JOBS];
 	uint32_t jobs = 0;
 	for (uint32_t f = 0; f < c->frames; f++) {
 		float share[3], factor[3], mapped[3][3];
-		rbf_site_map(site, f, exitant, share, factor, mapped);
+		map_frame(site, f, exitant, share, factor, mapped);
 		for (uint32_t k = 0; k < site->corners; k++) {
 			const uint32_t s = site->base[k] * c->frames + f;
 			const rbf_set *set = rbf_bound_set(c, s);
 			const float w = site->weight[k] * share[k] * factor[k];
-			if (!(w > 0) || !set->blocks)
-				continue;
 			rbf_kernel_job *j = &job[jobs];
 			rbf_mirror(site->vertex_op[k], mapped[k], j->direction);
 			mask[jobs] = groups_at(c, s, j->direction);
-			if (mask[jobs])
-				__builtin_prefetch(mask[jobs]);
+			__builtin_prefetch(mask[jobs]);
 			j->weight = w;
 			j->blocks = set->blocks;
 			j->block = c->block + set->first;
@@ -223,32 +266,44 @@ static uint32_t jobs_at(const rbf_site *site, const float exitant[3], uint32_t c
 			j->stride = c->blocks;
 			j->channels = channels;
 			j->group = (set->blocks + 63) / 64;
-			const uint32_t start = set->first - c->set[site->base[k] * c->frames].first;
-			for (int n = 0; n < 2; n++) {
-				j->shift[n] = site->shift[k][n] ? site->shift[k][n] + start : NULL;
-				j->shift_weight[n] = site->shift_weight[k][n];
+			j->shift[0] = j->shift[1] = NULL;
+			if (c->residual) {
+				const uint32_t start = set->first - c->set[site->base[k] * c->frames].first;
+				for (int n = 0; n < 2; n++) {
+					j->shift[n] = site->shift[k][n] ? site->shift[k][n] + start : NULL;
+					j->shift_weight[n] = site->shift_weight[k][n];
+				}
 			}
-			jobs++;
+			jobs += (w > 0) & (set->blocks > 0); /* else the next one takes its place */
 		}
 	}
-	for (uint32_t n = 0; n < jobs; n++)
-		job[n].mask = mask[n] ? *mask[n] : ~(uint64_t)0;
 	return jobs;
+}
+
+static void read_masks(uint32_t jobs, const uint64_t *const mask[], rbf_kernel_job job[])
+{
+	for (uint32_t n = 0; n < jobs; n++)
+		job[n].mask = *mask[n];
 }
 
 void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3])
 {
 	rbf_kernel_job job[RBF_SITE_JOBS];
+	const uint64_t *mask[RBF_SITE_JOBS];
+	const uint32_t jobs = jobs_at(site, exitant, site->component->channels, job, mask);
 	value[0] = value[1] = value[2] = 0;
-	rbf_kernel_sum(job, jobs_at(site, exitant, site->component->channels, job), value);
+	read_masks(jobs, mask, job);
+	rbf_kernel_sum(job, jobs, value);
 }
 
 void rbf_site_width(const rbf_site *site, const float exitant[3], float sum[2])
 {
 	const rbf_component *c = site->component;
 	rbf_kernel_job job[RBF_SITE_JOBS];
+	const uint64_t *mask[RBF_SITE_JOBS];
 	float value[3] = {0, 0, 0};
-	const uint32_t jobs = jobs_at(site, exitant, RBF_KERNEL_WIDTH, job);
+	const uint32_t jobs = jobs_at(site, exitant, RBF_KERNEL_WIDTH, job, mask);
+	read_masks(jobs, mask, job);
 	for (uint32_t n = 0; n < jobs; n++)
 		job[n].amplitude += (size_t)rbf_luminance(c->channels) * c->blocks;
 	rbf_kernel_sum(job, jobs, value);
@@ -345,36 +400,89 @@ void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float incident[3], c
 	memcpy(value, v, model->channels * sizeof *value);
 }
 
+/* Pairs go through in batches, one step after the other for all of a batch, so that the memory that a step needs is on its way while the
+ * step before is done for other pairs. */
+enum { BATCH = 8, AHEAD = 4 };
+
+typedef struct pair {
+	const rbf_component *component;
+	uint32_t jobs;
+	float scale;
+	const uint64_t *mask[RBF_SITE_JOBS];
+	rbf_kernel_job job[RBF_SITE_JOBS];
+} pair;
+
+/* The memory of the first few groups of blocks that a mask asks for. */
+static void fetch_blocks(const rbf_kernel_job *job)
+{
+	uint64_t mask = job->mask;
+	for (int n = 0; n < AHEAD && mask; n++, mask &= mask - 1) {
+		const uint32_t b = (uint32_t)__builtin_ctzll(mask) * job->group;
+		if (b >= job->blocks)
+			break;
+		__builtin_prefetch(&job->block[b]);
+		__builtin_prefetch(&job->block[b].z);
+		__builtin_prefetch(&job->amplitude[b]);
+	}
+}
+
+static void eval_list(const bsdfrbf_model *model, size_t count, const float *incident, size_t step, const float *outgoing, float *values)
+{
+	const rbf_component *located = NULL;
+	const float *last = NULL;
+	rbf_site site;
+	pair list[BATCH];
+	for (size_t from = 0; from < count; from += BATCH) {
+		const size_t pairs = count - from < BATCH ? count - from : BATCH;
+		for (size_t n = 0; n < pairs; n++) {
+			const float *in = incident + step * (from + n);
+			rbf_query q;
+			float folded[3];
+			pair *p = &list[n];
+			p->component = NULL;
+			if (!rbf_query_pair(model, in, outgoing + 3 * (from + n), &q))
+				continue;
+			if (q.component != located || (in != last && memcmp(in, last, 3 * sizeof *in))) {
+				rbf_site_locate(q.component, q.incident, &site);
+				located = q.swapped ? NULL : q.component;
+				last = in;
+			}
+			rbf_site_fold(&site, q.exitant, folded);
+			p->component = q.component;
+			p->jobs = jobs_at(&site, folded, q.component->channels, p->job, p->mask);
+			p->scale = site.scale / rbf_max(folded[2], RBF_HORIZON_Z);
+		}
+		for (size_t n = 0; n < pairs; n++) {
+			if (!list[n].component)
+				continue;
+			read_masks(list[n].jobs, list[n].mask, list[n].job);
+			for (uint32_t i = 0; i < list[n].jobs; i++)
+				fetch_blocks(&list[n].job[i]);
+		}
+		for (size_t n = 0; n < pairs; n++) {
+			float *value = values + (from + n) * model->channels, v[3] = {0, 0, 0};
+			clear(model, value);
+			if (!list[n].component)
+				continue;
+			rbf_kernel_sum(list[n].job, list[n].jobs, v);
+			for (uint32_t k = 0; k < model->channels; k++)
+				value[k] = v[k] * list[n].scale;
+			add_lambertian(list[n].component, (float)(1 / RBF_PI), value);
+		}
+	}
+}
+
 void bsdfrbf_eval(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
 {
-	bsdfrbf_eval_exitant(model, incident, 1, outgoing, value);
+	eval_list(model, 1, incident, 0, outgoing, value);
 }
 
 void bsdfrbf_eval_many(const bsdfrbf_model *model, size_t count, const float *incident, const float *outgoing, float *values)
 {
-	for (size_t n = 0, run; n < count; n += run) {
-		for (run = 1; n + run < count && !memcmp(incident + 3*n, incident + 3*(n + run), 3 * sizeof *incident); run++)
-			;
-		bsdfrbf_eval_exitant(model, incident + 3*n, run, outgoing + 3*n, values + n * model->channels);
-	}
+	eval_list(model, count, incident, 3, outgoing, values);
 }
 
 void bsdfrbf_eval_exitant(const bsdfrbf_model *model, const float incident[3], size_t count, const float *outgoing, float *values)
 {
-	const rbf_component *located = NULL;
-	rbf_site site;
-	for (size_t n = 0; n < count; n++) {
-		float *value = values + n * model->channels, v[3];
-		rbf_query q;
-		clear(model, value);
-		if (!rbf_query_pair(model, incident, outgoing + 3*n, &q))
-			continue;
-		if (q.component != located || q.swapped) {
-			rbf_site_locate(q.component, q.incident, &site);
-			located = q.swapped ? NULL : q.component;
-		}
-		rbf_site_eval(&site, q.exitant, v);
-		memcpy(value, v, model->channels * sizeof *value);
-		add_lambertian(q.component, (float)(1 / RBF_PI), value);
-	}
+	eval_list(model, count, incident, 0, outgoing, values);
 }

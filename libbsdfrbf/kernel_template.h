@@ -41,11 +41,9 @@ static inline vf exp2_negative(vf t)
 	const vf shifted = u + 12582912.f; /* 1.5 x 2^23: the nearest whole number is in the low bits, also of what is no number */
 	const vf x = u - (shifted - 12582912.f);
 	/* minimax polynomial of 2^x on [-1/2, 1/2], degree 5: 7.5e-8 */
-	vf p = x * 1.32764716e-3f + 9.67554138e-3f;
-	p = p * x + 5.55071328e-2f;
-	p = p * x + 2.40221197e-1f;
-	p = p * x + 6.93146967e-1f;
-	p = p * x + 1.00000007f;
+	/* in pairs, so that little waits for something else */
+	const vf x2 = x * x, low = x * 6.93146967e-1f + 1.00000007f, middle = x * 5.55071328e-2f + 2.40221197e-1f;
+	const vf p = ((x * 1.32764716e-3f + 9.67554138e-3f) * x2 + middle) * x2 + low;
 	return (vf)((vu)p + ((vu)shifted << 23));
 }
 
@@ -55,7 +53,7 @@ static inline vf lobes_at(const float *kappa, vf x, vf y, vf z, vf dx, vf dy, vf
 	x -= dx;
 	y -= dy;
 	z -= dz;
-	return exp2_negative(load(kappa) * (x*x + y*y + z*z) * -0.72134752f); /* log2(e)/2 */
+	return exp2_negative(load(kappa) * -0.72134752f * (x*x + y*y + z*z)); /* log2(e)/2 */
 }
 
 static inline vf moved_lobes_at(const rbf_kernel_job *job, uint32_t b, vf dx, vf dy, vf dz)
@@ -104,8 +102,8 @@ static inline uint64_t groups_of(const rbf_kernel_job *job, uint32_t groups)
 	return groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
 }
 
-/* The common case, one short loop: one channel, groups of one block, no motion. */
-static inline vf one_channel(const rbf_kernel_job *job)
+/* The common case, one short loop: one channel, groups of one block. `moves` is constant. */
+static inline __attribute__((always_inline)) vf one_channel(const rbf_kernel_job *job, int moves)
 {
 	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
 	const rbf_block *block = job->block;
@@ -113,7 +111,8 @@ static inline vf one_channel(const rbf_kernel_job *job)
 	vf total = all(0);
 	for (uint64_t mask = groups_of(job, job->blocks); mask; mask &= mask - 1) {
 		const uint32_t b = (uint32_t)__builtin_ctzll(mask);
-		total += load(amplitude[b].a) * lobes_at(block[b].k, load(block[b].x), load(block[b].y), load(block[b].z), dx, dy, dz);
+		total += load(amplitude[b].a) * (moves ? moved_lobes_at(job, b, dx, dy, dz)
+			: lobes_at(block[b].k, load(block[b].x), load(block[b].y), load(block[b].z), dx, dy, dz));
 	}
 	return total;
 }
@@ -144,8 +143,8 @@ void RBF_KERNEL_NAME(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
 	const uint32_t channels = job->channels;
 	if (channels == 1) {
 		vf total = all(0);
-		for (; job < end && job->group <= 1 && !job->shift[0] && !job->shift[1]; job++)
-			total += one_channel(job) * job->weight;
+		for (; job < end && job->group <= 1; job++)
+			total += (job->shift[0] || job->shift[1] ? one_channel(job, 1) : one_channel(job, 0)) * job->weight;
 		sum[0] = across(total);
 		if (job == end)
 			return;

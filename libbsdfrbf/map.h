@@ -136,7 +136,8 @@ typedef struct rbf_warp {
 	float most;      /* half: limit of the change of solid angle */
 } rbf_warp;
 
-static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *linear, const float i[3], const float k[3])
+/* The same with the beam of i known: rbf_map_source(). */
+static inline void rbf_warp_from(rbf_warp *w, unsigned map, const rbf_linear *linear, const float i[3], const float a[3], const float k[3])
 {
 	w->kind = rbf_map_get(map)->kind;
 	for (int n = 0; n < 3; n++) {
@@ -147,11 +148,8 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
 	w->cosine = 1;
 	w->sine = 0;
 	w->most = 1;
-	for (int n = 0; n < 9; n++)
-		w->m[n] = 0;
 	if (w->kind == RBF_KIND_TURN) {
-		float a[3], b[3];
-		rbf_map_turned(map, linear, i, a);
+		float b[3];
 		rbf_map_turned(map, linear, k, b);
 		const float v[3] = {a[1]*b[2] - a[2]*b[1], a[2]*b[0] - a[0]*b[2], a[0]*b[1] - a[1]*b[0]};
 		const float c = rbf_dot(a, b), t = 1 / rbf_max(1 + c, 1e-6f);
@@ -159,9 +157,12 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
 		w->m[3] = t*v[0]*v[1] + v[2]; w->m[4] = c + t*v[1]*v[1];    w->m[5] = t*v[1]*v[2] - v[0];
 		w->m[6] = t*v[0]*v[2] - v[1]; w->m[7] = t*v[1]*v[2] + v[0]; w->m[8] = c + t*v[2]*v[2];
 		w->cosine = c;
-	} else if (w->kind == RBF_KIND_SHIFT) {
-		float a[2], b[2];
-		rbf_map_beam(map, linear, i, a);
+		return;
+	}
+	for (int n = 0; n < 9; n++)
+		w->m[n] = 0;
+	if (w->kind == RBF_KIND_SHIFT) {
+		float b[2];
 		rbf_map_beam(map, linear, k, b);
 		w->m[0] = b[0] - a[0];
 		w->m[1] = b[1] - a[1];
@@ -171,6 +172,24 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
 		w->sine = sqrtf(rbf_max(1 - c*c, 0.f));
 		w->most = 1 + w->sine * RBF_SLANT_MAX;
 	}
+}
+
+/* The beam of incident direction i as a map needs it. */
+static inline void rbf_map_source(unsigned map, const rbf_linear *linear, const float i[3], float a[3])
+{
+	if (rbf_map_get(map)->kind == RBF_KIND_TURN)
+		rbf_map_turned(map, linear, i, a);
+	else {
+		a[2] = 0;
+		rbf_map_beam(map, linear, i, a);
+	}
+}
+
+static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *linear, const float i[3], const float k[3])
+{
+	float a[3];
+	rbf_map_source(map, linear, i, a);
+	rbf_warp_from(w, map, linear, i, a, k);
 }
 
 /* Of the shift maps: f is carried unchanged, so DSF as the cosines. Lobes do not end at the horizon, where DSF must: lower than

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Where an incident direction lies in the mesh. Renderers ask this for every new incidence. */
+#include "clones.h"
 #include "mesh_bounds.h"
 
 /* Weights this far below 0 are rounding: the direction is on an edge. */
@@ -91,7 +92,21 @@ static void search_all(const rbf_mesh *mesh, const float d[3], float theta, plac
 		try_border(mesh, i, d, border);
 }
 
-uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+/* The better of a cell's first two elements, without a branch: most directions are in one of them, and which is chance. */
+static inline int try_two(const rbf_mesh *mesh, uint32_t first, uint32_t second, const float d[3], place *best)
+{
+	const rbf_element *a = &mesh->element[first], *b = &mesh->element[second];
+	const float a0 = rbf_dot(a->inverse[0], d), a1 = rbf_dot(a->inverse[1], d), a2 = rbf_dot(a->inverse[2], d);
+	const float b0 = rbf_dot(b->inverse[0], d), b1 = rbf_dot(b->inverse[1], d), b2 = rbf_dot(b->inverse[2], d);
+	const float lowest_a = rbf_min(rbf_min(a0, a1), a2), lowest_b = rbf_min(rbf_min(b0, b1), b2);
+	const int other = lowest_b > lowest_a;
+	const float w0 = other ? b0 : a0, w1 = other ? b1 : a1, w2 = other ? b2 : a2, lowest = other ? lowest_b : lowest_a;
+	const float sum = w0 + w1 + w2, scale = 1 / sum;
+	*best = (place){ other ? second : first, lowest * scale, { w0 * scale, w1 * scale, w2 * scale } };
+	return (lowest >= 0) & (sum > 0) & (sum < INFINITY);
+}
+
+RBF_CLONES static uint32_t locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
 {
 	const int isotropic = mesh->symmetry == RBF_ISOTROPIC;
 	place element = { 0, -INFINITY, { 1, 0, 0 } }, border = { RBF_MESH_BORDER, -INFINITY, { 1, 0, 0 } };
@@ -107,6 +122,16 @@ uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner
 	rbf_bound_cell(mesh, cell, &k, &last);
 	if (k == last)
 		search_all(mesh, d, theta, &element, &border);
+	else if (!isotropic) {
+		const uint32_t one = mesh->cell_element[k], two = mesh->cell_element[k + 1 < last ? k + 1 : k];
+		if (one < mesh->elements && try_two(mesh, one, two < mesh->elements ? two : one, d, &element)) {
+			rbf_bound_corners(mesh, element.item, corner);
+			for (int n = 0; n < 3; n++)
+				weight[n] = element.weight[n];
+			return element.item;
+		}
+		element.quality = -INFINITY;
+	}
 	for (; k < last; k++) {
 		const uint32_t item = rbf_bound_entry(mesh, mesh->cell_element[k]);
 		if (item & RBF_MESH_BORDER)
@@ -125,4 +150,9 @@ uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner
 	if (border.quality > -INFINITY || !(element.quality > -INFINITY))
 		return finish(mesh, &border, corner, weight);
 	return finish(mesh, &element, corner, weight);
+}
+
+uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+{
+	return locate(mesh, d, corner, weight);
 }

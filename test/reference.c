@@ -27,6 +27,8 @@
 #define rbf_square_from_direction double_square_from_direction
 #define rbf_warp double_warp
 #define rbf_warp_set double_warp_set
+#define rbf_warp_from double_warp_from
+#define rbf_map_source double_map_source
 #define rbf_warp_forward double_warp_forward
 #define rbf_warp_inverse double_warp_inverse
 #define rbf_warp_validity double_warp_validity
