@@ -135,9 +135,29 @@ static void record_sources(bsdfrbf_context *context, bsdfrbf_model *model, int f
 	free(text);
 }
 
+static const char *const name[4] = {"rf", "rb", "tf", "tb"};
+
+/* Where the result cannot be good, and what would help. */
+static void warn(const bsdfrbf_model *model)
+{
+	for (int c = 0; c < 4; c++) {
+		bsdfrbf_component_info info;
+		int cutoffs = 0;
+		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
+			continue;
+		if (info.loo_error > .5)
+			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
+				"measured ones, or measure more of them", name[c], 100 * info.loo_error);
+		for (int t = 0; t < info.triangles; t++)
+			cutoffs += bsdfrbf_get_disagreement(model, (bsdfrbf_component)c, t) > BSDFRBF_CUTOFF;
+		if (cutoffs)
+			cmd_say("warning - %s: a beam ends within %d of the %d %s between incidences; measure more of them there (rbfinfo -v)",
+				name[c], cutoffs, info.triangles, info.symmetry == 'I' ? "segments" : "triangles");
+	}
+}
+
 static void summarize(const bsdfrbf_model *model, const char *path, double seconds)
 {
-	static const char *const name[4] = {"rf", "rb", "tf", "tb"};
 	for (int c = 0; c < 4; c++) {
 		bsdfrbf_component_info info;
 		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
@@ -153,9 +173,6 @@ static void summarize(const bsdfrbf_model *model, const char *path, double secon
 		if (info.expected_error >= 0)
 			fprintf(stderr, "; expected error %.3f", info.expected_error);
 		fputc('\n', stderr);
-		if (info.loo_error > .5)
-			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
-				"measured ones, or measure more of them", name[c], 100 * info.loo_error);
 	}
 	struct stat status;
 	if (!stat(path, &status))
@@ -217,6 +234,7 @@ int main(int argc, char **argv)
 		if (bsdfrbf_save(context, model, o.output) != BSDFRBF_OK)
 			expect(context, BSDFRBF_ERR_IO); /* a signal that came once the file is whole is too late */
 		cmd_progress_clear();
+		warn(model);
 		if (!o.quiet)
 			summarize(model, o.output, now() - start);
 	}

@@ -56,6 +56,31 @@ static void print_incidences(const bsdfrbf_model *model, bsdfrbf_component compo
 	}
 }
 
+/* Triangles within which a beam ends: where to measure more. */
+static void print_cutoffs(const bsdfrbf_model *model, bsdfrbf_component component, const bsdfrbf_component_info *info)
+{
+	int count = 0;
+	for (int t = 0; t < info->triangles; t++)
+		count += bsdfrbf_get_disagreement(model, component, t) > BSDFRBF_CUTOFF;
+	printf("    %s that hold a cut-off: %d\n", info->symmetry == 'I' ? "segments" : "triangles", count);
+	if (count)
+		printf("       theta      phi  disagreement\n");
+	for (int t = 0; t < info->triangles && count; t++) {
+		const float disagreement = bsdfrbf_get_disagreement(model, component, t);
+		int corner[3];
+		float middle[3] = {0, 0, 0};
+		if (!(disagreement > BSDFRBF_CUTOFF) || bsdfrbf_get_triangle(model, component, t, corner) != BSDFRBF_OK)
+			continue;
+		for (int k = 0; k < (info->symmetry == 'I' ? 2 : 3); k++) {
+			bsdfrbf_vertex_info vertex;
+			if (bsdfrbf_get_vertex_info(model, component, corner[k], &vertex) == BSDFRBF_OK)
+				for (int n = 0; n < 3; n++)
+					middle[n] += vertex.direction[n];
+		}
+		printf("    %8.2f %8.2f %13.2f\n", theta_of(middle), phi_of(middle), disagreement);
+	}
+}
+
 /* How much more light leaves than arrives, where it does. */
 static void print_excess(const bsdfrbf_model *model, bsdfrbf_component component, const bsdfrbf_component_info *info)
 {
@@ -104,8 +129,10 @@ static void print_component(const bsdfrbf_model *model, bsdfrbf_component compon
 	print_error("fit error", info.fit_error);
 	print_error("leave-one-out error", info.loo_error);
 	print_error("expected error", info.expected_error);
-	if (verbose)
+	if (verbose) {
+		print_cutoffs(model, component, &info);
 		print_incidences(model, component, info.incidences);
+	}
 }
 
 /* A line of text from the file, which may come from anywhere: nothing that a terminal would obey. */

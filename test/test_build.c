@@ -254,6 +254,28 @@ static void no_steps(void **state)
 	}
 }
 
+/* Slats end a beam between incidences; nothing else here does. */
+static void cut_offs_are_found(void **state)
+{
+	(void)state;
+	for (int m = 0; m < FIXTURES; m++) {
+		int transmit, found = 0;
+		bsdfrbf_component_info info;
+		const rbf_component *c = fixture_component(fixture_model[m], &transmit);
+		const bsdfrbf_component component = (bsdfrbf_component)(c - fixture_model[m]->component);
+		assert_int_equal(bsdfrbf_get_component_info(fixture_model[m], component, &info), BSDFRBF_OK);
+		for (int t = 0; t < info.triangles; t++) {
+			const float disagreement = bsdfrbf_get_disagreement(fixture_model[m], component, t);
+			assert_true(disagreement >= 0 && disagreement <= 3);
+			found += disagreement > BSDFRBF_CUTOFF;
+		}
+		print_message("%s: %d of %d hold a cut-off\n", fixture_plan[m].material, found, info.triangles);
+		assert_int_equal(found > 0, !strcmp(fixture_plan[m].material, "slats"));
+		assert_true(bsdfrbf_get_disagreement(fixture_model[m], component, info.triangles) < 0);
+		assert_true(bsdfrbf_get_disagreement(fixture_model[m], component, -1) < 0);
+	}
+}
+
 /* The symmetry's operations change nothing. */
 static void symmetry_holds(void **state)
 {
@@ -463,6 +485,7 @@ int main(void)
 		cmocka_unit_test(measured_incidences_are_met),
 		cmocka_unit_test(a_beam_is_learned),
 		cmocka_unit_test(no_steps),
+		cmocka_unit_test(cut_offs_are_found),
 		cmocka_unit_test(symmetry_holds),
 		cmocka_unit_test(vectors_of_all_kinds),
 		cmocka_unit_test(forked_processes),

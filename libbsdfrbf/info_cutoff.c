@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Where a beam ends between measured incidences: what the corners of a triangle say about its middle. */
+#include "bounds.h"
+#include "sample.h"
+
+#include <string.h>
+
+enum { DRAWS = 192 };
+
+/* The middle of an element, and its weights. */
+static void middle_of(const rbf_component *c, uint32_t e, float weight[3], float d[3])
+{
+	const int corners = c->mesh.symmetry == RBF_ISOTROPIC ? 2 : 3;
+	d[0] = d[1] = d[2] = 0;
+	for (int k = 0; k < 3; k++) {
+		const rbf_vertex *vertex = &c->mesh.vertex[rbf_bound(c->mesh.element[e].v[k], c->mesh.vertices)];
+		weight[k] = k < corners ? 1.f / (float)corners : 0;
+		for (int n = 0; n < 3; n++)
+			d[n] += weight[k] * vertex->direction[n];
+	}
+	rbf_normalize(d);
+}
+
+/* One corner of a site alone. */
+static void single_out(const rbf_site *site, uint32_t k, rbf_site *one)
+{
+	*one = *site;
+	one->corners = 1;
+	one->base[0] = site->base[k];
+	one->vertex_op[0] = site->vertex_op[k];
+	one->weight[0] = 1;
+	memcpy(one->shift[0], site->shift[k], sizeof one->shift[0]);
+	memcpy(one->shift_weight[0], site->shift_weight[k], sizeof one->shift_weight[0]);
+	memcpy(one->warp[0], site->warp[k], sizeof one->warp[0]);
+}
+
+/* Directions are drawn from what the corners say together; each corner alone is compared with that. */
+float bsdfrbf_get_disagreement(const bsdfrbf_model *model, bsdfrbf_component component, int index)
+{
+	if (!bsdfrbf_has(model, component) || index < 0 || (uint32_t)index >= model->component[component].mesh.elements)
+		return -1;
+	const rbf_component *c = &model->component[component];
+	const uint32_t y = rbf_luminance(c->channels);
+	rbf_site all, one[3];
+	rbf_sampler sampler;
+	float weight[3], d[3], most = 0;
+	double sum[3] = {0, 0, 0};
+	int drawn = 0;
+	middle_of(c, (uint32_t)index, weight, d);
+	rbf_site_place(c, (uint32_t)index, weight, d, &all);
+	rbf_sampler_set(&all, &sampler);
+	for (uint32_t k = 0; k < all.corners; k++)
+		single_out(&all, k, &one[k]);
+	for (int i = 0; i < DRAWS; i++) {
+		float o[3], folded[3], together[3], own[3];
+		if (!rbf_site_sample(&all, &sampler, (i + .5) / DRAWS, o))
+			continue;
+		rbf_site_fold(&all, o, folded);
+		rbf_site_dsf(&all, folded, together);
+		if (!(together[y] > 0))
+			continue;
+		drawn++;
+		for (uint32_t k = 0; k < all.corners; k++) {
+			rbf_site_dsf(&one[k], folded, own);
+			sum[k] += fabs((double)own[y] / (double)together[y] - 1);
+		}
+	}
+	for (uint32_t k = 0; k < all.corners && drawn; k++)
+		most = rbf_max(most, (float)(sum[k] / drawn));
+	return most;
+}
