@@ -439,11 +439,13 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_get_vertex_info(const bsdfrbf_model *model, b
 BSDFRBF_API bsdfrbf_status bsdfrbf_get_triangle(const bsdfrbf_model *model, bsdfrbf_component component,
 	int index, int corner[3]);
 
+/* Disagreement of a triangle's corners, above which it holds a cut-off. */
+#define BSDFRBF_CUTOFF 0.8f
+
 /* How far the corners of triangle `index`, below `triangles`, disagree about the incident direction in its middle: each corner's
  * measurement alone is carried there, and compared with what all say together; the largest relative L1, at most 3. Smooth
  * materials have a few tenths. Above BSDFRBF_CUTOFF a beam that some corners know ends, or begins, within the triangle (total
  * internal reflection, the edge of a slat), and further incidences should be measured there. < 0: bad argument. */
-#define BSDFRBF_CUTOFF 0.8f
 BSDFRBF_API float bsdfrbf_get_disagreement(const bsdfrbf_model *model, bsdfrbf_component component, int index);
 
 /* A lobe of the incidence at one vertex, and where it is when the incident direction has moved to another. */
