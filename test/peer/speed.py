@@ -87,9 +87,9 @@ def sir_seconds(tools, sir, folder):
 
 
 def dhr_error(loops, model, transmit, count, limit):
-    """Largest error against quadrature (midpoints of a 512 x 512 grid of equal projected solid angle), per cent."""
+    """Largest error against quadrature (midpoints of a 1024 x 1024 grid of equal projected solid angle), per cent."""
     rng = np.random.default_rng(3)
-    cells = 512
+    cells = 1024
     a, b = np.meshgrid(*[(np.arange(cells) + .5) / cells * 2 - 1] * 2)
     wide = np.abs(a) > np.abs(b)
     with np.errstate(divide='ignore', invalid='ignore'):
@@ -157,7 +157,7 @@ class Bench:
             add(what, ours, theirs, 'ns', peer)
         add('L1', self.error(record, fine), stock.tree_error(self.loops.tree(tree), fine)['l1'], '', peer)
         model = self.loops.rbf(record)[0]
-        add('DHR error to 80 degrees', dhr_error(self.loops, model, transmit, 40 if self.options.quick else 200, 80), None, '%', 'quadrature')
+        add('DHR error to 80 degrees', dhr_error(self.loops, model, transmit, 15 if self.options.quick else 60, 80), None, '%', 'quadrature')
 
     def interpolant(self, add, folder, fine, record, sir):
         _, one, _ = self.loops.rbf(record)
