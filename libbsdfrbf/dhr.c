@@ -2,6 +2,7 @@
 #include "bounds.h"
 #include "clones.h"
 #include "dhr.h"
+#include "mesh_inside.h"
 
 /* First node of the piece that holds x (in steps), an even number, and the rest. */
 static inline uint32_t piece_of(float x, uint32_t steps, float *rest)
@@ -19,19 +20,18 @@ static void limit(uint32_t channels, float value[3])
 		value[n] = value[n] > 0 ? value[n] : 0; /* a quadratic piece may swing below */
 }
 
-RBF_CLONES static void inside(const rbf_component *c, uint32_t element, const float weight[3], float value[3])
+/* channels: those of the component, a constant where it is inlined */
+static inline __attribute__((always_inline)) void inside(const rbf_component *c, uint32_t channels, uint32_t element, const float weight[3],
+	float value[3])
 {
 	const uint32_t steps = c->dhr_steps;
-	const float *table = c->dhr + (size_t)element * rbf_dhr_element_nodes(c) * c->channels;
-	uint32_t node[6], nodes;
-	float part[6];
+	const float *table = c->dhr + (size_t)element * rbf_dhr_element_nodes(c) * channels;
 	if (c->mesh.symmetry == RBF_ISOTROPIC) {
-		float t;
+		float t, part[3];
 		const uint32_t at = piece_of(weight[1] * (float)steps, steps, &t);
 		rbf_quadratic(t, part);
-		nodes = 3;
-		for (uint32_t n = 0; n < nodes; n++)
-			node[n] = at + n;
+		for (uint32_t n = 0; n < channels; n++)
+			value[n] = part[0] * table[at * channels + n] + part[1] * table[(at + 1) * channels + n] + part[2] * table[(at + 2) * channels + n];
 	} else {
 		float x, y;
 		uint32_t p = piece_of(weight[1] * (float)steps, steps, &x), q = piece_of(weight[2] * (float)steps, steps, &y);
@@ -44,33 +44,50 @@ RBF_CLONES static void inside(const rbf_component *c, uint32_t element, const fl
 		/* rows q to q + 2 of the lattice from column p on. Weights of the small triangle's corners, which are (0, 0), (2, 0), (0, 2) or, if
 		 * it is flipped, (2, 2), (0, 2), (2, 0): which it is is chance, so that nothing here branches on it */
 		const uint32_t row0 = rbf_dhr_lattice(steps, p, q), row1 = row0 + steps + 1 - q, row2 = row1 + steps - q;
-		const int flipped = (x + y > 2) & (p + q + 4 <= steps);
-		const float b = flipped ? 1 - .5f * x : .5f * x, g = flipped ? 1 - .5f * y : .5f * y, a = 1 - b - g;
-		nodes = 6;
-		node[0] = flipped ? row2 + 2 : row0;
-		node[1] = flipped ? row2 : row0 + 2;
-		node[2] = flipped ? row0 + 2 : row2;
-		node[3] = flipped ? row2 + 1 : row0 + 1;
-		node[4] = row1 + 1;
-		node[5] = flipped ? row1 + 2 : row1;
-		part[0] = a * (2*a - 1);
-		part[1] = b * (2*b - 1);
-		part[2] = g * (2*g - 1);
-		part[3] = 4 * a * b;
-		part[4] = 4 * b * g;
-		part[5] = 4 * a * g;
+		const uint32_t flipped = (x + y > 2) & (p + q + 4 <= steps);
+		const float turn = (float)flipped, sign = .5f - turn, b = turn + sign * x, g = turn + sign * y, a = 1 - b - g;
+		const float *at_a = table + (flipped ? row2 + 2 : row0) * channels, *at_b = table + (flipped ? row2 : row0 + 2) * channels;
+		const float *at_g = table + (flipped ? row0 + 2 : row2) * channels, *at_ab = table + (flipped ? row2 + 1 : row0 + 1) * channels;
+		const float *at_bg = table + (row1 + 1) * channels, *at_ag = table + (flipped ? row1 + 2 : row1) * channels;
+		for (uint32_t n = 0; n < channels; n++)
+			value[n] = a * (2*a - 1) * at_a[n] + b * (2*b - 1) * at_b[n] + g * (2*g - 1) * at_g[n]
+				+ 4 * (a * b * at_ab[n] + b * g * at_bg[n] + a * g * at_ag[n]);
 	}
-	for (uint32_t n = 0; n < c->channels; n++) {
-		value[n] = 0;
-		for (uint32_t k = 0; k < nodes; k++)
-			value[n] += part[k] * table[node[k] * c->channels + n];
-	}
-	limit(c->channels, value);
+	limit(channels, value);
 }
 
 void rbf_dhr_inside(const rbf_component *c, uint32_t element, const float weight[3], float value[3])
 {
-	inside(c, element, weight, value);
+	inside(c, c->channels, element, weight, value);
+}
+
+RBF_CLONES static int quick(const rbf_component *c, const float incident[3], float value[3])
+{
+	float d[3], weight[3];
+	if (c->mesh.symmetry == RBF_ISOTROPIC) {
+		d[0] = sqrtf(incident[0]*incident[0] + incident[1]*incident[1]);
+		d[1] = 0;
+		d[2] = incident[2];
+	} else
+		rbf_mirror((unsigned)rbf_symmetry_fold(c->mesh.symmetry, incident), incident, d);
+	const uint32_t element = rbf_mesh_inside(&c->mesh, d, weight);
+	if (element == RBF_MESH_NO_ELEMENT)
+		return 0;
+	const float scale = 1 / rbf_max(d[2], RBF_DHR_Z);
+	if (c->channels == 1) {
+		inside(c, 1, element, weight, value);
+		value[0] *= scale;
+		return 1;
+	}
+	inside(c, 3, element, weight, value);
+	for (int n = 0; n < 3; n++)
+		value[n] *= scale;
+	return 1;
+}
+
+int rbf_dhr_quick(const rbf_component *c, const float incident[3], float value[3])
+{
+	return quick(c, incident, value);
 }
 
 /* The arc's ends, its unit tangent `along` at a point p and the outward normal of its plane, which is the same everywhere on it:

@@ -57,6 +57,9 @@ float rbf_dhr_line(const rbf_mesh *mesh, uint32_t border, float around, float we
 /* Values of the table, times max(cos, RBF_DHR_Z): inside an element, or beyond a border and (edge) at the nearest point of it.
  * trend: by how much ln DHR should have changed since there, as far as the incidences within tell (trend.h). */
 void rbf_dhr_inside(const rbf_component *component, uint32_t element, const float weight[3], float value[3]);
+
+/* DHR at an incident direction (unit, z > 0, not folded) that is found inside the mesh at once; 0: look further. */
+int rbf_dhr_quick(const rbf_component *component, const float incident[3], float value[3]);
 void rbf_dhr_outside(const rbf_component *component, uint32_t border, const float weight[2], const float direction[3],
 	float value[3], float edge[3], float *trend);
 #endif

@@ -52,7 +52,7 @@ void rbf_site_turn(const rbf_component *c, const float incident[3], rbf_site *si
 {
 	set_folded(c, incident, site);
 	if (c->mesh.symmetry == RBF_ISOTROPIC) {
-		const float s = hypotf(incident[0], incident[1]);
+		const float s = sqrtf(incident[0]*incident[0] + incident[1]*incident[1]);
 		if (s > 0) {
 			site->cosine = incident[0] / s;
 			site->sine = incident[1] / s;
@@ -125,31 +125,34 @@ static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], con
 	}
 }
 
-void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site)
+/* Corners and motion of a site whose incident direction is set. */
+static void set_place(rbf_site *site, uint32_t item, const float weight[3])
 {
+	const rbf_component *component = site->component;
 	const rbf_mesh *mesh = &component->mesh;
 	uint32_t corner[3];
 	rbf_vertex vertex[3];
 	rbf_bound_corners(mesh, item, corner);
 	for (int n = 0; n < 3; n++)
 		vertex[n] = mesh->vertex[corner[n]];
-	set_folded(component, incident, site);
 	set_corners(site, vertex, weight, 3);
 	if (component->residual)
 		set_shifts(site, item & RBF_MESH_BORDER ? mesh->border[item & ~RBF_MESH_BORDER][2] : item, corner, weight);
 }
 
+void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site)
+{
+	set_folded(component, incident, site);
+	set_place(site, item, weight);
+}
+
 void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site)
 {
-	rbf_site turned;
 	uint32_t corner[3];
 	float weight[3], dhr[3];
-	rbf_site_turn(component, incident, &turned);
-	const uint32_t item = rbf_mesh_locate(&component->mesh, turned.incident, corner, weight);
-	rbf_site_place(component, item, weight, turned.incident, site);
-	site->op = turned.op;
-	site->cosine = turned.cosine;
-	site->sine = turned.sine;
+	rbf_site_turn(component, incident, site);
+	const uint32_t item = rbf_mesh_locate(&component->mesh, site->incident, corner, weight);
+	set_place(site, item, weight);
 	if (item & RBF_MESH_BORDER && component->dhr)
 		site->scale = scale_outside(component, item & ~RBF_MESH_BORDER, weight, site->incident, dhr);
 }
@@ -325,6 +328,8 @@ void rbf_component_dhr(const rbf_component *c, const float incident[3], float va
 	rbf_site site;
 	uint32_t corner[3];
 	float weight[3];
+	if (rbf_dhr_quick(c, incident, value))
+		return;
 	rbf_site_turn(c, incident, &site);
 	const uint32_t item = rbf_mesh_locate(&c->mesh, site.incident, corner, weight);
 	if (item & RBF_MESH_BORDER)
@@ -359,6 +364,18 @@ const rbf_component *rbf_query_side(const bsdfrbf_model *model, const float inci
 	return NULL;
 }
 
+const rbf_component *rbf_query_incident(const bsdfrbf_model *model, const float incident[3], int transmit, float local[3], int *swapped)
+{
+	float d[3] = {incident[0], incident[1], incident[2]};
+	*swapped = 0;
+	if (!(rbf_normalize(d) > 0))
+		return NULL;
+	local[0] = d[0];
+	local[1] = d[1];
+	local[2] = fabsf(d[2]);
+	return rbf_query_side(model, d, transmit, swapped);
+}
+
 int rbf_query_pair(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], rbf_query *q)
 {
 	float i[3], o[3];
@@ -390,14 +407,18 @@ static void add_lambertian(const rbf_component *c, float scale, float *value)
 void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
 {
 	rbf_query q;
-	clear(model, value);
-	if (!rbf_query_pair(model, incident, outgoing, &q))
-		return;
 	rbf_site site;
-	float v[3];
+	if (!rbf_query_pair(model, incident, outgoing, &q)) {
+		clear(model, value);
+		return;
+	}
 	rbf_site_locate(q.component, q.incident, &site);
-	rbf_site_eval(&site, q.exitant, v);
-	memcpy(value, v, model->channels * sizeof *value);
+	if (q.component->channels == 1) {
+		float v[3];
+		rbf_site_eval(&site, q.exitant, v);
+		value[0] = v[0];
+	} else
+		rbf_site_eval(&site, q.exitant, value);
 }
 
 /* Pairs go through in batches, one step after the other for all of a batch, so that the memory that a step needs is on its way while the

@@ -71,4 +71,7 @@ int rbf_query_pair(const bsdfrbf_model *model, const float incident[3], const fl
 
 /* Component for an incident direction and side; *swapped: only the reverse component exists. NULL: none. */
 const rbf_component *rbf_query_side(const bsdfrbf_model *model, const float incident[3], int transmit, int *swapped);
+
+/* The same for a vector of any length; local: the direction in that component's half space. */
+const rbf_component *rbf_query_incident(const bsdfrbf_model *model, const float incident[3], int transmit, float local[3], int *swapped);
 #endif

@@ -10,14 +10,9 @@ _Static_assert(_Alignof(rbf_incidence) <= _Alignof(bsdfrbf_incidence), "the publ
 void rbf_side_set(const bsdfrbf_model *model, const float incident[3], int transmit, rbf_side *s)
 {
 	s->model = model;
-	s->component = NULL;
-	s->swapped = s->located = s->ready = s->known = 0;
+	s->located = s->ready = s->known = 0;
 	s->below = (incident[2] < 0) != (transmit != 0);
-	memcpy(s->local, incident, sizeof s->local);
-	if (!(rbf_normalize(s->local) > 0))
-		return;
-	s->component = rbf_query_side(model, s->local, transmit, &s->swapped);
-	s->local[2] = fabsf(s->local[2]);
+	s->component = rbf_query_incident(model, incident, transmit, s->local, &s->swapped);
 }
 
 static const rbf_site *site_of(rbf_side *s)

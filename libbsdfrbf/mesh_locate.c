@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Where an incident direction lies in the mesh. Renderers ask this for every new incidence. */
 #include "clones.h"
-#include "mesh_bounds.h"
+#include "mesh_inside.h"
 
 /* Weights this far below 0 are rounding: the direction is on an edge. */
 #define ROUNDING (-1e-5f)
@@ -60,12 +60,6 @@ static void try_border(const rbf_mesh *mesh, uint32_t index, const float d[3], p
 		*best = (place){ RBF_MESH_BORDER | index, quality, { u, v, 0 } };
 }
 
-static uint32_t cell_of(float coordinate)
-{
-	const float t = (coordinate + 1) * (RBF_MESH_GRID / 2);
-	return t > 0 ? t < RBF_MESH_GRID - 1 ? (uint32_t)t : RBF_MESH_GRID - 1 : 0; /* also for what is not a number */
-}
-
 static uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[3], float weight[3])
 {
 	float sum = 0;
@@ -92,46 +86,14 @@ static void search_all(const rbf_mesh *mesh, const float d[3], float theta, plac
 		try_border(mesh, i, d, border);
 }
 
-/* The better of a cell's first two elements, without a branch: most directions are in one of them, and which is chance. */
-static inline int try_two(const rbf_mesh *mesh, uint32_t first, uint32_t second, const float d[3], place *best)
-{
-	const rbf_element *a = &mesh->element[first], *b = &mesh->element[second];
-	const float a0 = rbf_dot(a->inverse[0], d), a1 = rbf_dot(a->inverse[1], d), a2 = rbf_dot(a->inverse[2], d);
-	const float b0 = rbf_dot(b->inverse[0], d), b1 = rbf_dot(b->inverse[1], d), b2 = rbf_dot(b->inverse[2], d);
-	const float lowest_a = rbf_min(rbf_min(a0, a1), a2), lowest_b = rbf_min(rbf_min(b0, b1), b2);
-	const int other = lowest_b > lowest_a;
-	const float w0 = other ? b0 : a0, w1 = other ? b1 : a1, w2 = other ? b2 : a2, lowest = other ? lowest_b : lowest_a;
-	const float sum = w0 + w1 + w2, scale = 1 / sum;
-	*best = (place){ other ? second : first, lowest * scale, { w0 * scale, w1 * scale, w2 * scale } };
-	return (lowest >= 0) & (sum > 0) & (sum < INFINITY);
-}
-
-RBF_CLONES static uint32_t locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+/* Any direction, by all that its cell lists. */
+static __attribute__((noinline)) uint32_t search_cell(const rbf_mesh *mesh, const float d[3], float theta, uint32_t k, uint32_t last,
+	uint32_t corner[3], float weight[3])
 {
 	const int isotropic = mesh->symmetry == RBF_ISOTROPIC;
 	place element = { 0, -INFINITY, { 1, 0, 0 } }, border = { RBF_MESH_BORDER, -INFINITY, { 1, 0, 0 } };
-	float disc[2], theta = 0;
-	if (isotropic) {
-		theta = rbf_polar_angle(d);
-		disc[0] = theta * (float)(2 / RBF_PI);
-		disc[1] = 0;
-	} else
-		rbf_disc_from_direction(d, disc);
-	const uint32_t cell = cell_of(disc[1]) * RBF_MESH_GRID + cell_of(disc[0]);
-	uint32_t k, last;
-	rbf_bound_cell(mesh, cell, &k, &last);
 	if (k == last)
 		search_all(mesh, d, theta, &element, &border);
-	else if (!isotropic) {
-		const uint32_t one = mesh->cell_element[k], two = mesh->cell_element[k + 1 < last ? k + 1 : k];
-		if (one < mesh->elements && try_two(mesh, one, two < mesh->elements ? two : one, d, &element)) {
-			rbf_bound_corners(mesh, element.item, corner);
-			for (int n = 0; n < 3; n++)
-				weight[n] = element.weight[n];
-			return element.item;
-		}
-		element.quality = -INFINITY;
-	}
 	for (; k < last; k++) {
 		const uint32_t item = rbf_bound_entry(mesh, mesh->cell_element[k]);
 		if (item & RBF_MESH_BORDER)
@@ -150,6 +112,19 @@ RBF_CLONES static uint32_t locate(const rbf_mesh *mesh, const float d[3], uint32
 	if (border.quality > -INFINITY || !(element.quality > -INFINITY))
 		return finish(mesh, &border, corner, weight);
 	return finish(mesh, &element, corner, weight);
+}
+
+RBF_CLONES static uint32_t locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+{
+	const uint32_t item = rbf_mesh_inside(mesh, d, weight);
+	if (item != RBF_MESH_NO_ELEMENT) {
+		rbf_bound_corners(mesh, item, corner);
+		return item;
+	}
+	uint32_t first, last;
+	float theta = 0;
+	rbf_bound_cell(mesh, rbf_mesh_cell(mesh, d, &theta), &first, &last);
+	return search_cell(mesh, d, theta, first, last, corner, weight);
 }
 
 uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])

@@ -4,19 +4,31 @@
 
 #include <string.h>
 
+/* DHR plus `share` of the Lambertian part. */
+static void dhr(const bsdfrbf_model *model, const float incident[3], int transmit, float share, float *value)
+{
+	float local[3], v[3];
+	int swapped;
+	const rbf_component *c = rbf_query_incident(model, incident, transmit, local, &swapped);
+	if (!c)
+		v[0] = v[1] = v[2] = 0;
+	else if (swapped)
+		rbf_reciprocal_dhr(model, c, local, v);
+	else
+		rbf_component_dhr(c, local, v);
+	value[0] = v[0] + (c ? share * c->lambertian[0] : 0);
+	for (uint32_t n = 1; n < model->channels; n++)
+		value[n] = v[n] + (c ? share * c->lambertian[n] : 0);
+}
+
 void bsdfrbf_dhr_scatter(const bsdfrbf_model *model, const float incident[3], int transmit, float *value)
 {
-	rbf_side s;
-	rbf_side_set(model, incident, transmit, &s);
-	rbf_side_dhr(&s, value);
+	dhr(model, incident, transmit, 0, value);
 }
 
 void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transmit, float *value)
 {
-	rbf_side s;
-	rbf_side_set(model, incident, transmit, &s);
-	rbf_side_dhr(&s, value);
-	rbf_side_add_lambertian(&s, 1, value);
+	dhr(model, incident, transmit, 1, value);
 }
 
 int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[3], int transmit, double u, float outgoing[3])

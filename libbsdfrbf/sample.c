@@ -8,6 +8,7 @@
  * kept is distributed exactly as the sum, whatever the overlaps (thinning).
  */
 #include "bounds.h"
+#include "elementary.h"
 #include "sample.h"
 
 #include <string.h>
@@ -91,7 +92,7 @@ static inline void circle(double v, double *cosine, double *sine)
 static inline void draw(const float centre[3], double kappa, double u, double v, float out[3])
 {
 	const double rest = kappa > 20 ? u : u + (1 - u) * exp(-2 * kappa);
-	double w = rest > 0 ? -log(rest) / kappa : 2, cosine, sine;
+	double w = rest > 0 ? (double)rbf_minus_log((float)rest) / kappa : 2, cosine, sine;
 	w = w < 2 ? w : 2;
 	circle(v, &cosine, &sine);
 	around(centre, w, cosine, sine, out);
@@ -200,7 +201,9 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
 				part->blocks = set->blocks;
 				part->corner = (uint8_t)k;
 				part->frame = (uint8_t)f;
+				part->below = total;
 				sampler->running[sampler->parts++] = total += bound * slant * part->mass;
+				part->scale = total > part->below ? part->mass / (total - part->below) : 0;
 			}
 		}
 	for (uint32_t f = 0; f < c->frames; f++)
@@ -231,10 +234,9 @@ int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, 
 		for (uint32_t n = 0; n < last; n++)
 			p += pick >= sampler->running[n]; /* they rise */
 		const struct rbf_sampler_part *part = &sampler->part[p];
-		const double below = p ? sampler->running[p - 1] : 0;
 		const uint32_t frame = part->frame, k = part->corner;
 		/* the lobe */
-		const double mass = clamped((pick - below) / (sampler->running[p] - below)) * part->mass;
+		const double mass = (pick - part->below) * part->scale;
 		const uint32_t low = first_above(part->cumulative, part->blocks, (float)mass);
 		const double from = low ? (double)part->cumulative[low - 1] : 0, step = (double)part->cumulative[low] - from;
 		const uint32_t block = part->first + low / RBF_LANES, lane = low % RBF_LANES;

@@ -13,7 +13,7 @@ typedef struct rbf_sampler {
 	double running[2 * RBF_SITE_JOBS]; /* sum of the parts' bounds */
 	struct rbf_sampler_part {
 		const float *cumulative;
-		double mass;
+		double below, scale, mass; /* running sum before it; from that sum to the table's, whose total is mass */
 		uint32_t first, blocks;
 		uint8_t corner, frame;
 	} part[2 * RBF_SITE_JOBS];
