@@ -19,7 +19,7 @@ typedef struct options {
 	const char *symmetry;  /* as given, or NULL */
 	const char *grazing;   /* as given, or NULL */
 	double grazing_deg;    /* < 0: automatic */
-	int reverse, quiet;
+	int reverse, reciprocal, quiet;
 	int bar;               /* -1: where stderr is a terminal */
 } options;
 
@@ -60,11 +60,14 @@ static int read_options(int argc, char **argv, options *o)
 			o->bar = word[2] ? (int)cmd_integer("-p", word + 2, 0, 400) : 0;
 			break;
 		case 't':
+		case 'r':
 		case 'q':
 			if (word[2])
 				cmd_unknown(word);
 			if (word[1] == 't')
 				o->reverse = !o->reverse;
+			else if (word[1] == 'r')
+				o->reciprocal = 1;
 			else
 				o->quiet = 1;
 			break;
@@ -107,6 +110,8 @@ static void record_options(bsdfrbf_context *context, bsdfrbf_model *model, const
 		at += (size_t)snprintf(text + at, sizeof text - at, " -s %c", o->build.symmetry);
 	if (o->reverse)
 		at += (size_t)snprintf(text + at, sizeof text - at, " -t");
+	if (o->reciprocal)
+		at += (size_t)snprintf(text + at, sizeof text - at, " -r");
 	if (o->grazing)
 		at += (size_t)(o->grazing_deg < 0 ? snprintf(text + at, sizeof text - at, " -g A")
 			: snprintf(text + at, sizeof text - at, " -g %g", o->grazing_deg));
@@ -136,6 +141,15 @@ static void record_sources(bsdfrbf_context *context, bsdfrbf_model *model, int f
 }
 
 static const char *const name[4] = {"rf", "rb", "tf", "tb"};
+
+/* Mean over the incidences. < 0: cannot be told. */
+static double reciprocity(const bsdfrbf_model *model, bsdfrbf_component component, int incidences)
+{
+	double sum = 0;
+	for (int i = 0; i < incidences; i++)
+		sum += bsdfrbf_get_reciprocity(model, component, i);
+	return incidences ? sum / incidences : -1;
+}
 
 /* Where the result cannot be good, and what would help. */
 static void warn(const bsdfrbf_model *model)
@@ -195,6 +209,47 @@ static void expect(bsdfrbf_context *context, bsdfrbf_status status)
 		cmd_fail("%s", bsdfrbf_message(context));
 }
 
+/* Option -r: builds anew from samples that meet their opposites half way, unless incidences would be predicted worse. */
+static void symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const options *o, bsdfrbf_model **model)
+{
+	static const float WORSE = 1.05f;
+	bsdfrbf_model *made = NULL;
+	int refused = 0, known = 0;
+	for (int c = 0; c < 4; c++) {
+		if (!bsdfrbf_has(*model, (bsdfrbf_component)c))
+			continue;
+		const int both = bsdfrbf_get_reciprocity(*model, (bsdfrbf_component)c, 0) >= 0;
+		known |= both;
+		if (!both && cmd_shows())
+			cmd_say("warning - %s: only one side was measured; nothing to make reciprocal", name[c]);
+	}
+	if (!known)
+		return;
+	expect(context, bsdfrbf_data_symmetrize(context, data, *model));
+	expect(context, bsdfrbf_build(context, data, &o->build, &made));
+	for (int c = 0; c < 4; c++) {
+		bsdfrbf_component_info before, after;
+		if (bsdfrbf_get_component_info(*model, (bsdfrbf_component)c, &before) != BSDFRBF_OK
+			|| bsdfrbf_get_component_info(made, (bsdfrbf_component)c, &after) != BSDFRBF_OK)
+			continue;
+		const double was = reciprocity(*model, (bsdfrbf_component)c, before.incidences);
+		const int worse = after.loo_error > WORSE * before.loo_error;
+		refused |= worse;
+		if (!cmd_shows() || was < 0 || (o->quiet && !worse))
+			continue;
+		cmd_progress_clear();
+		if (worse)
+			cmd_say("warning - %s: made reciprocal, left-out incidences would be predicted with an error of %.3f instead of %.3f; -r is not "
+				"followed: check the sample's orientation", name[c], after.loo_error, before.loo_error);
+		else
+			cmd_say("%s: difference between f(a, b) and f(b, a) %.3f, was %.3f; leave-one-out error %.3f, was %.3f", name[c],
+				reciprocity(made, (bsdfrbf_component)c, after.incidences), was, after.loo_error, before.loo_error);
+	}
+	bsdfrbf_close(refused ? made : *model);
+	if (!refused)
+		*model = made;
+}
+
 int main(int argc, char **argv)
 {
 	const double start = now();
@@ -227,6 +282,8 @@ int main(int argc, char **argv)
 
 	bsdfrbf_model *model = NULL;
 	expect(context, bsdfrbf_build(context, data, &o.build, &model));
+	if (o.reciprocal)
+		symmetrize(context, data, &o, &model);
 	if (cmd_shows()) {
 		record_options(context, model, &o);
 		record_sources(context, model, files, argv + at);

@@ -41,7 +41,7 @@ static double phi_of(const float d[3])
 
 static void print_incidences(const bsdfrbf_model *model, bsdfrbf_component component, int count)
 {
-	printf("    incident directions:\n       theta      phi    lobes       DHR     total   fit err   loo err  expected\n");
+	printf("    incident directions:\n       theta      phi    lobes       DHR     total   fit err   loo err  expected  recipr.\n");
 	for (int i = 0; i < count; i++) {
 		bsdfrbf_incidence_info info;
 		if (bsdfrbf_get_incidence_info(model, component, i, &info) != BSDFRBF_OK)
@@ -52,6 +52,7 @@ static void print_incidences(const bsdfrbf_model *model, bsdfrbf_component compo
 		print_cell(info.fit_error);
 		print_cell(info.loo_error);
 		print_cell(info.expected_error);
+		print_cell(bsdfrbf_get_reciprocity(model, component, i));
 		putchar('\n');
 	}
 }

@@ -448,6 +448,17 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_get_triangle(const bsdfrbf_model *model, bsdf
  * internal reflection, the edge of a slat), and further incidences should be measured there. < 0: bad argument. */
 BSDFRBF_API float bsdfrbf_get_disagreement(const bsdfrbf_model *model, bsdfrbf_component component, int index);
 
+/* How far measured incidence `index` is from reciprocity: difference of f(i, o) and f(o, i) relative to their mean, over exitant
+ * directions as grazing as any that was measured; the integral of |difference| |cos| over that of the mean. < 0: bad argument, or only
+ * one side of a transmission was measured. */
+BSDFRBF_API float bsdfrbf_get_reciprocity(const bsdfrbf_model *model, bsdfrbf_component component, int index);
+
+/* Moves samples to the mean of f(a, b) and f(b, a), as far as `model`, which was built from them, knows both: each is multiplied by
+ * what the model's own two values tell, at most by 3/2 and at least by 3/4. What was measured beyond the most grazing incidence stays
+ * (within 10 degrees, in part). A model built from the result is more reciprocal, if not wholly. Opens OpenMP regions.
+ * Errors: ARGUMENT (NULL), DATA (lobes of a .sir file; `data` is as it was). */
+BSDFRBF_API bsdfrbf_status bsdfrbf_data_symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const bsdfrbf_model *model);
+
 /* A lobe of the incidence at one vertex, and where it is when the incident direction has moved to another. */
 typedef struct bsdfrbf_lobe_info {
 	float direction[3];  /* its centre; outgoing directions are seen from the component's outgoing side: z > 0 */

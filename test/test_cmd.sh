@@ -211,6 +211,20 @@ grep -q '^rf: ' err && grep -q '^rb: ' err || no "two components" "$(cat err)"
 awk '{print $1, $2, -$3, $4, $5, -$6}' pairs.txt | "$bin/rbfquery" both.rbf | paste - plain.txt |
 	awk '2 * $1 > 1.03 * $2 || $2 > 1.03 * 2 * $1 {exit 1}' || no "two components" "rb is not half of rf"
 
+# ---------------------------------------------------------------- reciprocity
+mkdir uneven through
+for file in "${good[@]}"; do # two calibrations that differ by 20 %
+	awk -v by="$(case $file in in0.txt | in40.txt) echo 1.2 ;; *) echo 1 ;; esac)" '/^#/ {print; next} {print $1, $2, by * $3}' $file >uneven/$file
+	awk '/^#/ {print; next} {print 180 - $1, $2, $3}' $file >through/$file
+done
+works "-r" "$bin/mkrbf" -r -o reciprocal.rbf uneven/*.txt
+awk '/f\(b, a\)/ {found = 1; better = $10 + 0 < .7 * $12} END {exit !(found && better)}' err || no "-r" "$(cat err)"
+"$bin/rbfinfo" reciprocal.rbf | grep -q '^command: mkrbf -r' || no "-r" "is not recorded"
+works "-r, one side" "$bin/mkrbf" -r -o reciprocal.rbf through/*.txt
+grep -q 'tf: only one side' err || no "-r, one side" "$(cat err)"
+works "without -r" "$bin/mkrbf" -q -o plain_through.rbf through/*.txt
+for file in reciprocal plain_through; do "$bin/rbfquery" -c $file.rbf <<<"0 .3 .954 0 -.35 -.937"; done | sort -u | wc -l | grep -qx 1 || no "-r, one side" "another result than without"
+
 # ------------------------------------------------------------------- rbfquery
 python=${PYTHON:-python3}
 "$python" - <<'END' || no formats "cannot write binary queries"

@@ -219,7 +219,7 @@ static int write_incidences(part *p, size_t words, int *matched)
 		number(p->out, "total", info.total);
 		number(p->out, "fitError", info.fit_error);
 		number(p->out, "leaveOneOut", info.loo_error);
-		number(p->out, "reciprocity", view_reciprocity(v, info.direction));
+		number(p->out, "reciprocity", bsdfrbf_get_reciprocity(v->model, v->component, n));
 		fprintf(p->out, "\"peak\":[%.5g,%.2f,%.2f]", peak.f, view_theta(peak.direction), view_phi(peak.direction));
 		if (is_pictured(n, incidences, pictured)) {
 			putc(',', p->out);

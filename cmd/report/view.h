@@ -39,8 +39,4 @@ typedef struct view_peak {
 	double f;
 } view_peak;
 int view_find_peak(const view *v, const float incident[3], size_t count, const float *grid, const float *f, view_peak *peak);
-
-/* Difference of f(i, o) and f(o, i), relative to their mean, over outgoing directions up to theta_max: integral of
- * |difference| |cos| over that of the mean. < 0: cannot be told, as only one side of a transmission was measured. */
-double view_reciprocity(const view *v, const float incident[3]);
 #endif
