@@ -10,6 +10,7 @@
 #include "expect.h"
 #include "sample.h"
 #include "trend.h"
+#include "trials.h"
 
 #include <omp.h>
 #include <stdlib.h>
@@ -17,7 +18,7 @@
 
 static const double SAME_DEG = .25;      /* incidences closer than this are one */
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
-enum { FIT_TRIALS = 8, FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
+enum { FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 static const float LOBES_GAIN = .95f, LOBES_SAME = 1.03f;
@@ -188,52 +189,32 @@ static int lobes_from_samples(const rbf_incidence *in, int channels, const float
 	return failed ? -1 : 0;
 }
 
-typedef struct place { double z; uint32_t base; } place;
-
-static int by_theta(const void *a, const void *b)
+/* Number of lobes for every incidence: found at the trials; the others take the larger number of the two next to them. */
+static int lobes_from_data(const rbf_team *team, const rbf_trials *trials, job *j, int channels, const float lambertian[3], uint32_t *lobes)
 {
-	const place *x = a, *y = b;
-	return x->z != y->z ? (x->z > y->z ? -1 : 1) : x->base < y->base ? -1 : x->base > y->base;
-}
-
-/* Number of lobes for every incidence: tried at a few, spread over the polar angle; the others take the larger number of the
- * tried ones next to them. */
-static int lobes_from_data(const rbf_team *team, job *j, int channels, const float lambertian[3], uint32_t *lobes)
-{
-	const int64_t bases = (int64_t)j->measured.count, trials = (bases + 2) / 3 < FIT_TRIALS ? (bases + 2) / 3 : FIT_TRIALS;
-	uint32_t found[FIT_TRIALS];
-	int64_t at[FIT_TRIALS];
-	float error[FIT_TRIALS];
-	place *order = malloc(((size_t)bases + 1) * sizeof *order);
-	if (!order)
-		return -1;
-	for (int64_t b = 0; b < bases; b++)
-		order[b] = (place){j->direction[3*b + 2], (uint32_t)b};
-	qsort(order, (size_t)bases, sizeof *order, by_theta);
+	uint32_t found[RBF_TRIALS_MOST];
+	float error[RBF_TRIALS_MOST];
 	int failed = 0;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t t = 0; t < trials; t++) {
-		at[t] = (2*t + 1) * bases / (2*trials);
-		if (rbf_team_mine(team, (uint64_t)t))
-			failed |= lobes_from_samples(&j->measured.incidence[order[at[t]].base], channels, lambertian, &found[t], &error[t]) != 0;
-	}
-	failed = rbf_team_failed(team, failed) || rbf_team_share_rows(team, (size_t)trials, sizeof *found, found)
-		|| rbf_team_share_rows(team, (size_t)trials, sizeof *error, error);
-	int64_t t = 0;
-	for (int64_t b = 0; b < bases && !failed; b++) {
-		while (t < trials && at[t] < b)
-			t++;
-		const uint32_t above = found[t < trials ? t : trials - 1], below = found[t > 0 && at[t < trials ? t : 0] != b ? t - 1 : t < trials ? t : trials - 1];
-		lobes[order[b].base] = above > below ? above : below;
+	for (uint32_t t = 0; t < trials->count; t++)
+		if (rbf_team_mine(team, t))
+			failed |= lobes_from_samples(&j->measured.incidence[rbf_trial_base(trials, t)], channels, lambertian, &found[t], &error[t]) != 0;
+	failed = rbf_team_failed(team, failed) || rbf_team_share_rows(team, trials->count, sizeof *found, found)
+		|| rbf_team_share_rows(team, trials->count, sizeof *error, error);
+	if (failed)
+		return -1;
+	for (uint32_t i = 0; i < trials->bases; i++) {
+		uint32_t before, after;
+		rbf_trials_around(trials, i, &before, &after);
+		lobes[trials->order[i]] = found[before] > found[after] ? found[before] : found[after];
 	}
 	double sum = 0;
-	for (t = 0; t < trials && !failed; t++) {
-		j->fit_error[order[at[t]].base] = error[t];
+	for (uint32_t t = 0; t < trials->count; t++) {
+		j->fit_error[rbf_trial_base(trials, t)] = error[t];
 		sum += (double)error[t];
 	}
-	j->held_out = (float)(sum / (double)trials);
-	free(order);
-	return failed ? -1 : 0;
+	j->held_out = (float)(sum / trials->count);
+	return 0;
 }
 
 static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress,
@@ -253,14 +234,16 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	if (!m->lobes || !j->fit_error || !j->scatter)
 		return out_of_memory(context);
 	uint32_t *count = malloc(((size_t)bases + 1) * sizeof *count);
-	int failed = !count;
+	rbf_trials trials = {0};
+	int failed = !count || rbf_trials_make(&trials, (size_t)bases, j->direction);
 	for (int64_t b = 0; b < bases && !failed; b++) {
 		count[b] = lobes;
 		j->fit_error[b] = -1;
 	}
 	j->held_out = -1;
-	failed = failed || (!lobes && !j->measured.ready && lobes_from_data(m->team, j, channels, c->lambertian, count));
+	failed = failed || (!lobes && !j->measured.ready && lobes_from_data(m->team, &trials, j, channels, c->lambertian, count));
 	if (failed || rbf_progress(context, "lobes", progress)) {
+		rbf_trials_free(&trials);
 		free(count);
 		return failed ? out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
@@ -272,7 +255,8 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], &unused)) != 0;
 	}
 	failed = rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, (uint32_t)bases, (uint32_t)channels, m->lobes)
-		|| (!j->measured.ready && rbf_expect_fit(&j->measured, m, c->lambertian, count, j->scatter));
+		|| (!j->measured.ready && rbf_expect_fit(&j->measured, &trials, m, c->lambertian, count, j->scatter));
+	rbf_trials_free(&trials);
 	free(count);
 	if (failed)
 		return out_of_memory(context);

@@ -14,35 +14,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TRIALS = 8 };
-
-typedef struct place { double z; uint32_t base; } place;
-
-static int by_theta(const void *a, const void *b)
+int rbf_expect_fit(const rbf_measured *measured, const rbf_trials *trials, const rbf_fitted *m, const float lambertian[3],
+	const uint32_t *count, float *fit)
 {
-	const place *x = a, *y = b;
-	return x->z != y->z ? (x->z > y->z ? -1 : 1) : x->base < y->base ? -1 : x->base > y->base;
-}
-
-int rbf_expect_fit(const rbf_measured *measured, const rbf_fitted *m, const float lambertian[3], const uint32_t *count, float *fit)
-{
-	const int64_t bases = m->bases, trials = (bases + 2) / 3 < TRIALS ? (bases + 2) / 3 : TRIALS;
 	const float floor = lambertian[rbf_luminance(m->channels)];
-	float error[TRIALS];
-	int64_t at[TRIALS];
-	place *order = malloc(((size_t)bases + 1) * sizeof *order);
-	if (!order)
-		return -1;
-	for (int64_t b = 0; b < bases; b++)
-		order[b] = (place){m->direction[3*b + 2], (uint32_t)b};
-	qsort(order, (size_t)bases, sizeof *order, by_theta);
+	float error[RBF_TRIALS_MOST];
 	int failed = 0;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t t = 0; t < trials; t++) {
-		at[t] = (2*t + 1) * bases / (2*trials);
-		const uint32_t b = order[at[t]].base;
+	for (uint32_t t = 0; t < trials->count; t++) {
+		const uint32_t b = rbf_trial_base(trials, t);
 		rbf_lobes half;
 		float unused;
+		if (!rbf_team_mine(m->team, t))
+			continue;
 		if (rbf_fit(&measured->incidence[b], (int)m->channels, lambertian, count[b], 2, &half, &unused)) {
 			failed = 1;
 			continue;
@@ -50,16 +34,16 @@ int rbf_expect_fit(const rbf_measured *measured, const rbf_fitted *m, const floa
 		error[t] = rbf_difference(&m->lobes[b], &half, RBF_OP_NONE, floor);
 		rbf_lobes_free(&half);
 	}
-	for (int64_t b = 0, t = 0; b < bases && !failed; b++) {
-		while (t < trials && at[t] < b)
-			t++;
-		const int64_t next = t < trials ? t : trials - 1, last = t > 0 ? t - 1 : 0;
-		const double from = order[at[last]].z, to = order[at[next]].z, z = order[b].z;
-		const double share = from > to ? fmin(fmax((from - z) / (from - to), 0), 1) : 1;
-		fit[order[b].base] = (float)((1 - share) * (double)error[last] + share * (double)error[next]);
+	if (rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, trials->count, sizeof *error, error))
+		return -1;
+	for (uint32_t i = 0; i < trials->bases; i++) {
+		uint32_t before, after;
+		rbf_trials_around(trials, i, &before, &after);
+		const double from = m->direction[3*rbf_trial_base(trials, before) + 2], to = m->direction[3*rbf_trial_base(trials, after) + 2];
+		const double z = m->direction[3*trials->order[i] + 2], share = from > to ? fmin(fmax((from - z) / (from - to), 0), 1) : 1;
+		fit[trials->order[i]] = (float)((1 - share) * (double)error[before] + share * (double)error[after]);
 	}
-	free(order);
-	return failed ? -1 : 0;
+	return 0;
 }
 
 /* |e|^2 with what is across the direction u by half. */

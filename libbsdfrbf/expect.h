@@ -4,11 +4,13 @@
 #define RBF_EXPECT_H
 #include "fit.h"
 #include "label.h"
+#include "trials.h"
 
 /* Error of the fits themselves, relative L1, by incidence: how far a fit to every other sample (count[b] lobes) is from the fit to all, which for
- * least squares and independent noise is as far as the latter from the truth. Tried at a few incidences spread over the polar angle, and
- * interpolated. Opens OpenMP regions. Returns 0, or -1 when out of memory. */
-int rbf_expect_fit(const rbf_measured *measured, const rbf_fitted *fitted, const float lambertian[3], const uint32_t *count, float *fit);
+ * least squares and independent noise is as far as the latter from the truth. Found at the trials, and interpolated. Opens OpenMP
+ * regions. Returns 0, or -1 when out of memory or a process gave up. */
+int rbf_expect_fit(const rbf_measured *measured, const rbf_trials *trials, const rbf_fitted *fitted, const float lambertian[3],
+	const uint32_t *count, float *fit);
 
 /* Mean relative L1 to expect in the triangles around each incidence, expected[bases], from the errors with which incidences were
  * predicted when left out (< 0: not known) and those of the fits; 0 where nothing is known. Errors: as rbf_mesh_build(). */

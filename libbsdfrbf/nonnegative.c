@@ -98,6 +98,7 @@ typedef struct pivoting {
 	size_t m, free;
 	const double *gram, *right;
 	double squares, count; /* of what is fitted */
+	double scale;          /* largest gradient at 0, over the root of the diagonal */
 	double least;          /* gradients over the root of the diagonal count from here */
 	double *x, *gradient, *matrix, *part;
 	size_t *index;      /* the free ones */
@@ -120,14 +121,12 @@ static int solve_free(pivoting *p)
 	if (cholesky_solve(p->free, p->matrix, p->part))
 		return -1;
 	memset(p->x, 0, p->m * sizeof *p->x);
-	double scale = 0, rest = p->squares;
-	for (size_t j = 0; j < p->m; j++) {
+	double rest = p->squares;
+	for (size_t j = 0; j < p->m; j++)
 		p->gradient[j] = -p->right[j];
-		scale = fmax(scale, fabs(p->right[j]) / sqrt(p->gram[j * p->m + j]));
-	}
 	for (size_t r = 0; r < p->free; r++)
 		rest -= p->part[r] * p->right[p->index[r]];
-	p->least = fmax(EXACT * scale, sqrt(INSIGNIFICANT * fmax(rest, 0) / fmax(p->count - (double)p->free, 1)));
+	p->least = fmax(EXACT * p->scale, sqrt(INSIGNIFICANT * fmax(rest, 0) / fmax(p->count - (double)p->free, 1)));
 	for (size_t r = 0; r < p->free; r++) {
 		const double *restrict row = p->gram + p->index[r] * p->m;
 		double *restrict g = p->gradient;
@@ -235,6 +234,7 @@ int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, dou
 		for (size_t j = 0; j < m; j++) {
 			started |= x[j] > 0;
 			p.gradient[j] = -right[j];
+			p.scale = fmax(p.scale, fabs(right[j]) / sqrt(gram[j * m + j]));
 		}
 		if (!started)
 			descend(m, gram, x, p.gradient, WARM);
