@@ -191,7 +191,7 @@ static inline lanes all(float x)
 }
 
 /* Corners that a site has not got have no weight. No branch depends on the direction: it could not be foreseen. */
-RBF_CLONES static void map_frame(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
+static inline __attribute__((always_inline)) void map_frame(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
 {
 	const uint32_t corners = site->corners;
 	const enum rbf_map_kind kind = site->warp[0][frame].kind;
@@ -223,9 +223,15 @@ RBF_CLONES static void map_frame(const rbf_site *site, uint32_t frame, const flo
 		share[k] = v[k];
 }
 
-void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
+RBF_CLONES static void map_alone(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3],
+	float mapped[3][3])
 {
 	map_frame(site, frame, exitant, share, factor, mapped);
+}
+
+void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
+{
+	map_alone(site, frame, exitant, share, factor, mapped);
 }
 
 /* Word of the culling masks for a set and a direction in the base's coordinates. Below the horizon everything counts. */
