@@ -15,6 +15,7 @@
 
 enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16 };
 static const float PEAK_MIN = .01f, PEAK_PART = .05f; /* of the highest peak; of a peak's own height */
+static const double PEAK_SEEN = 2;      /* a sample lies within so many sigmas of a peak's top */
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
@@ -221,6 +222,10 @@ static void peaks(work *k)
 			for (int q = 0; q < 3; q++)
 				c[q] = w[q] + (float)x * t[q] + (float)y * u[q];
 			rbf_normalize(c);
+			/* samples that all lie on a circle tell neither; an amplitude that no sample sees would be anything */
+			rbf_tree_nearest(&k->tree, c, 1, index, distance);
+			if (kappa * (double)distance[0] > PEAK_SEEN * PEAK_SEEN)
+				continue;
 			k->kappa[k->lobes++] = (float)kappa;
 		}
 	}

@@ -217,6 +217,37 @@ static void narrow_peak(void **state)
 	rbf_lobes_free(&l);
 }
 
+static double elliptic(const double o[3]) { return exp(-.5 * (o[0]*o[0] / .1225 + o[1]*o[1] / .0144) / o[2]); }
+
+/* Samples on circles about the peak, none within: the nearest of a sample lie on its circle alone. */
+static void circles(void **state)
+{
+	(void)state;
+	static const double thetas[] = {1.5, 4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 52, 56, 60, 64, 68, 72, 76, 80, 84, 89};
+	rbf_lobes l;
+	float error;
+	double mass = 0, want = 0;
+	incidence.count = 0;
+	for (size_t t = 0; t < sizeof thetas / sizeof *thetas; t++)
+		for (int p = 0; p < 36; p++) {
+			double *o = outgoing + 3 * incidence.count;
+			o[0] = sin(thetas[t] * DEGREE) * cos(p * 10 * DEGREE);
+			o[1] = sin(thetas[t] * DEGREE) * sin(p * 10 * DEGREE);
+			o[2] = cos(thetas[t] * DEGREE);
+			dsf[incidence.count++] = (float)elliptic(o);
+		}
+	assert_int_equal(rbf_fit(&incidence, 1, nothing, 150, 0, &l, &error), 0);
+	for (uint32_t i = 0; i < l.count; i++)
+		mass += (double)l.mass[i];
+	for (int i = 0; i < 20000; i++) {
+		const double z = (i + .5) / 20000, phi = 2 * RBF_PI * .6180339887 * i, s = sqrt(1 - z*z), o[3] = {s * cos(phi), s * sin(phi), z};
+		want += 2 * RBF_PI / 20000 * elliptic(o);
+	}
+	print_message("circles: energy %.5f of %.5f\n", mass, want);
+	assert_float_equal(mass, want, .02 * want);
+	rbf_lobes_free(&l);
+}
+
 static double spike(const double o[3]) { return o[0] > .299 && o[0] < .304 && o[1] > 0 && o[1] < .1 ? 50 : 0; }
 static double zero(const double o[3]) { return 0 * o[0]; }
 static double negative(const double o[3]) { return -o[2]; }
@@ -267,6 +298,7 @@ int main(void)
 		cmocka_unit_test(lobes_are_recovered),
 		cmocka_unit_test(diffuse_part),
 		cmocka_unit_test(narrow_peak),
+		cmocka_unit_test(circles),
 		cmocka_unit_test(unusual_samples),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
