@@ -20,7 +20,7 @@ sys.path[:0] = [HERE, os.path.dirname(HERE)]
 import score as scoring  # noqa: E402
 import stock  # noqa: E402
 from measured import BUILD, ROOT, VARIANTS, WORK, binary, chosen, materials, measure, measurements  # noqa: E402
-from render import picture  # noqa: E402
+from picture import picture  # noqa: E402
 from table import merge  # noqa: E402
 
 COLUMNS = ('material variant seed l1 l1_p95 dhr dhr_max peak peak_p95 logrmse beam predicted_l1 lobes bytes '

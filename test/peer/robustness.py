@@ -7,7 +7,8 @@
   outliers  1 % of the values are 0 or tenfold     outside   questions up to 5 degrees beyond the last incidence
 Columns: mean L1 of score.py with the undisturbed and with the disturbed data, how much it rose, L1 and rise of stock
 pabopto2bsdf with the same data, and ours as a share of its. Its interpolants are kept in build/bench/cache under a check sum of
-the data: an anisotropic one takes minutes, and an empty cell is one that was not made (-p kept). They are evaluated by bsdfquery, which not every Radiance has (set BSDFQUERY).
+the data: an anisotropic one takes minutes, and a cell is empty where none was made (-p kept). They are evaluated by bsdfquery,
+which not every Radiance has (set BSDFQUERY).
 """
 import argparse
 import os

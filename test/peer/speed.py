@@ -30,7 +30,7 @@ import score as scoring  # noqa: E402
 import stock  # noqa: E402
 from chart import chart  # noqa: E402
 from measured import BUILD, WORK, binary  # noqa: E402
-from render import picture  # noqa: E402
+from picture import picture  # noqa: E402
 
 LOBES = ((20, 40, 80, 160, 320), (40, 160))  # settings of -l: full, quick
 # What a ratio is to be at least, for anisotropic and for isotropic materials; None: no goal.
