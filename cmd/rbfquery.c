@@ -155,7 +155,7 @@ static void query_samples(query *q, size_t samples)
 				double u = total * ((double)k + uniform(&state)) / (double)samples;
 				d[0] = d[1] = d[2] = 0;
 				for (int part = 0; part < 4; part++) {
-					if (u >= share[part] && part < 3) {
+					if (part < 3 && u >= share[part]) {
 						u -= share[part];
 						continue;
 					}

@@ -126,7 +126,7 @@ static void validity(const rbf_warp *warp, const float e[3][BATCH], float valid[
 }
 
 /* Adds what the points bring, and empties the batch. whole: all of it arrives where the map takes it, with even shares. */
-RBF_CLONES static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, batch *b, double value[3])
+static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, batch *b, double value[3])
 {
 	const uint32_t channels = site->component->channels;
 	float e[3][BATCH], carried[BATCH], own[BATCH], valid[BATCH], total[BATCH] = {0};

@@ -19,7 +19,8 @@ static void outside(int component, const double in[3], const double out[3], floa
 /* Whether both directions of a pair were measured. */
 static int known(const bsdfrbf_model *model, int component)
 {
-	return model->component[component].present && (component < BSDFRBF_TF || model->component[BSDFRBF_TF + BSDFRBF_TB - component].present);
+	const int other = component < BSDFRBF_TF ? component : BSDFRBF_TF + BSDFRBF_TB - component;
+	return model->component[component].present && model->component[other].present;
 }
 
 /* Largest polar angle of the incidences that a component's exitant directions are asked as. */

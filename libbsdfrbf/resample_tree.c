@@ -224,7 +224,6 @@ static int make_blocks(job *j, rbf_tree_item **items, double (*dhr)[3], rbf_tree
 	const uint32_t rows = j->inputs == 2 ? j->blocks : 1, total = j->inputs == 2 ? j->blocks * rows : j->blocks / 2;
 	const int level = j->block_level;
 	rbf_tree *part = calloc(total, sizeof *part);
-	int good = part != NULL;
 	if (!part)
 		return 0;
 #pragma omp parallel num_threads(rbf_resample_threads(j->options))
@@ -251,7 +250,7 @@ static int make_blocks(job *j, rbf_tree_item **items, double (*dhr)[3], rbf_tree
 		rbf_exitant_end(&w.exitant);
 		free(w.page);
 	}
-	good = !j->stop;
+	int good = !j->stop;
 	for (uint32_t b = 0; b < total; b++) {
 		if (good && items[b])
 			good = rbf_tree_take(tree, &part[b], (size_t)1 << 2 * level, items[b]);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the cases of inputs.py on mkrbf; --slow those as well that take minutes. Environment: BUILD_DIR."""
+"""Runs the cases of inputs.py on mkrbf; --slow those as well that take minutes; --stock PROGRAM on Radiance's pabopto2bsdf
+instead, and counts what becomes of them. Environment: BUILD_DIR."""
 import math
 import os
 import re
@@ -18,6 +19,7 @@ import inputs  # noqa: E402
 BIN = os.path.join(os.environ.get('BUILD_DIR', os.path.join(HERE, '..', 'build')), 'bin')
 QUERY_THETAS = (5, 20, 33, 50, 60)
 DHR_TOLERANCE, VALUE_TOLERANCE = .05, .25
+STOCK_SECONDS = 60  # then it is stopped
 
 
 def query(record, *options, floats):
@@ -37,12 +39,12 @@ def answers(record):
     return query(record, floats=floats)
 
 
-def judge(case, record, plain):
+def judge(case, record, plain, same=lambda found, plain: found == plain):
     """What is wrong with the result, or ''."""
     found = answers(record)
     if not all(v >= 0 and math.isfinite(v) for v in found):
         return 'values that are negative or not finite'
-    if case.want == 'same' and found != plain:
+    if case.want == 'same' and not same(found, plain):
         return f'other values than of the plain files, by up to {max(abs(a - b) for a, b in zip(found, plain)):g}'
     for t0, p0, t1, p1, f, tolerance in case.pairs:
         got = query(record, floats=inputs.vector(t0, p0) + inputs.vector(t1, p1))[0]
@@ -93,6 +95,47 @@ def run(case, plain=None):
         shutil.rmtree(folder)
 
 
+def stock_result(program, case, folder):
+    """(exit code or None, the interpolant that came of it as a file of ours or None)."""
+    files, sir, record = case.write(folder), os.path.join(folder, 'out.sir'), os.path.join(folder, 'out.rbf')
+    options = [o for o in case.options if o in ('-t', '-s', '-g') or not o.startswith('-')] if '-l' not in case.options else []
+    try:
+        with open(sir, 'wb') as f:
+            code = subprocess.run([program, *options, *files], stdout=f, stderr=subprocess.DEVNULL, timeout=STOCK_SECONDS).returncode
+    except subprocess.TimeoutExpired:
+        return None, None
+    made = not code and not subprocess.run([os.path.join(BIN, 'mkrbf'), '-q', '-n', '1', '-o', record, sir], capture_output=True).returncode
+    return code, record if made else None
+
+
+def stock(program, cases):
+    """What becomes of the cases: a dictionary of counts."""
+    def even(found, plain):
+        return all(abs(a - b) <= .02 * abs(b) + 1e-4 for a, b in zip(found, plain))
+
+    def one(case):
+        folder = tempfile.mkdtemp()
+        try:
+            code, record = stock_result(program, case, folder)
+            if code is None:
+                return 'stopped after a minute'
+            if code < 0:
+                return 'crashed'
+            if code:
+                return 'refused, rightly' if case.want == 'refused' else 'refused, though good'
+            if case.want == 'refused':
+                return 'taken without a word, though bad'
+            return 'taken, with wrong values' if not record or judge(case, record, plain, even) else 'taken, rightly'
+        finally:
+            shutil.rmtree(folder)
+    folder = tempfile.mkdtemp()
+    plain = answers(stock_result(program, inputs.Case('', '', inputs.plain(), 'true'), folder)[1])
+    shutil.rmtree(folder)
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(one, cases))
+    return {what: found.count(what) for what in sorted(set(found))}
+
+
 def plain_answers():
     folder = tempfile.mkdtemp()
     try:
@@ -104,8 +147,12 @@ def plain_answers():
 
 
 def main():
-    plain = plain_answers()
     chosen = [c for c in inputs.cases() if '--slow' in sys.argv or not c.slow]
+    if '--stock' in sys.argv:
+        found = stock(sys.argv[sys.argv.index('--stock') + 1], chosen)
+        print('stock: ' + ', '.join(f'{count} {what}' for what, count in found.items()))
+        return False
+    plain = plain_answers()
     with ThreadPoolExecutor(2) as pool:
         results = list(pool.map(lambda c: run(c, plain), chosen))
     wrong = [(c, w) for c, (_, w) in zip(chosen, results) if w]

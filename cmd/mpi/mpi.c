@@ -34,10 +34,11 @@ static int gather(void *unused, void *blocks, const size_t *bytes)
 	(void)unused;
 	if (parted || meet(0) < team.size)
 		return -1;
-	int *count = malloc(2 * (size_t)team.size * sizeof *count), *at = count + team.size;
+	int *count = malloc(2 * (size_t)team.size * sizeof *count);
 	size_t total = 0;
 	if (!count)
 		cmd_fail("out of memory");
+	int *at = count + team.size;
 	for (int r = 0; r < team.size; r++) {
 		at[r] = (int)total;
 		count[r] = (int)bytes[r];
