@@ -64,6 +64,14 @@ def trace(octree, rays, *options):
     return np.frombuffer(out, "<f4").reshape(len(rays), 3) @ XYZ.T
 
 
+def picture(octree, width, height, *options):
+    """rpict to X, Y, Z (height x width x 3), rows from the top."""
+    out = run(["rpict", "-x", width, "-y", height, "-pa", "0", *options, octree])
+    with open(os.path.join(WORK, octree[:-4] + ".hdr"), "wb") as file:
+        file.write(out)
+    return np.frombuffer(run(["pvalue", "-h", "-H", "-df"], out), "<f4").reshape(height, width, 3) @ XYZ.T
+
+
 def mean(values):
     return values.mean(axis=0), values.std(axis=0, ddof=1) / math.sqrt(len(values))
 
@@ -89,8 +97,9 @@ SUN = 2 * math.pi * (1 - math.cos(math.radians(.533 / 2)))  # solid angle
 FINE = ("-ab", "1", "-aa", "0", "-as", "0", "-lw", "1e-7", "-st", "0", "-dt", "0")
 
 
-def measure(name, sigma, transmitted, reflected, backs=(False,)):
-    """A sheet with a straight beam, a mirrored beam (sigma in radians) and 3 % scattered to each side, at incidences 0 to 80."""
+def measure(name, sigma, transmitted, reflected, backs=(False,), tint=None):
+    """A sheet with a straight beam, a mirrored beam (sigma in radians) and 3 % scattered to each side, at incidences 0 to 80.
+    tint: X, Y, Z by which the straight beam is multiplied."""
     os.makedirs(os.path.join(WORK, name))
     near = [(math.degrees(r * sigma), a) for r in (0, .4, .8, 1.2, 1.6, 2, 2.5, 3, 4, 5, 7) for a in range(0, 360, 30)]
     for theta in range(0, 81, 10):
@@ -105,11 +114,13 @@ def measure(name, sigma, transmitted, reflected, backs=(False,)):
         for back in backs:
             for through, share in ((True, transmitted), (False, reflected)):
                 with open(os.path.join(WORK, name, f"{theta}{'fb'[back]}{'rt'[through]}.txt"), "w") as file:
-                    file.write(f"#intheta {180 - theta if back else theta}\n#inphi 0\n#upphi 0\n#format: theta phi DSF\n")
+                    file.write(f"#intheta {180 - theta if back else theta}\n#inphi 0\n#upphi 0\n#format: theta phi DSF\n" +
+                               ("#colorimetry: CIE-XYZ\n" if tint else ""))
                     for t, p in rows:
                         d = vector(t, p)
-                        dsf = share * math.exp((d @ beam - 1) / sigma**2) / (2 * math.pi * sigma**2) + .03 * d[2] / math.pi
-                        file.write(f"{180 - t if back != through else t:.4f} {p:.4f} {dsf:.6g}\n")
+                        peak = share * math.exp((d @ beam - 1) / sigma**2) / (2 * math.pi * sigma**2)
+                        dsf = (peak * part + .03 * d[2] / math.pi for part in (tint and (tint if through else (1, 1, 1)) or (1,)))
+                        file.write(f"{180 - t if back != through else t:.4f} {p:.4f} {' '.join(f'{value:.6g}' for value in dsf)}\n")
     run(["mkrbf", "-q", "-s", "I", "-o", name + ".rbf", *(f"{name}/{f}" for f in sorted(os.listdir(os.path.join(WORK, name))))])
 
 
@@ -165,6 +176,19 @@ class Case(unittest.TestCase):
         limit = 4 * error + share * abs(want)
         print(f"    {what}: {got:.5f} +- {error:.5f}, expected {want:.5f}")
         self.assertLessEqual(abs(got - want), limit, what)
+
+    def furnace(self, name, kind="BSDF", share=.005, options=(), count=600, thetas=(0, 30, 60, 75, 85)):
+        octree = scene("furnace", SPHERE + bsdf(name, kind) + square("s", "m"))
+        incident = [vector(t, p) for t in thetas for p in (0, 40)]
+        rays = np.repeat([np.concatenate([3 * v, -v]) for v in incident], count, axis=0)
+        values = trace(octree, rays, "-ab", "1", "-ad", "64", "-lw", "1e-7", "-st", "0", *options)
+        dhr = query(name, "-c", "-d", vectors=incident).reshape(-1, 2, 3).sum(axis=1)
+        for n, want in enumerate(dhr):
+            got, error = mean(values[n * count:(n + 1) * count])
+            for c in range(3):
+                self.agrees(got[c], error[c], want[c], share, f"{name} {kind} {'XYZ'[c]}, theta {thetas[n // 2]}")
+        return values
+
 
 
 def main():
