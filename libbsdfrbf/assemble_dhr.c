@@ -8,7 +8,7 @@
 
 static const double SPACING = 1.6 * RBF_PI / 180; /* of the lattice's nodes */
 enum { STEPS_LEAST = 4, STEPS_MOST = 16 }; /* multiples of 4: half a lattice is one again */
-static const float SMOOTH = 1e-3f; /* of DHR: what half a lattice may miss at the other nodes */
+static const float SMOOTH = 3e-4f; /* of DHR: what half a lattice may miss at the other nodes */
 
 /* Even, and the same for the whole mesh, so that what elements share has the same nodes on both sides. */
 static uint32_t steps_of(const rbf_mesh *mesh)
