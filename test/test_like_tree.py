@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """A recorded file in a Radiance scene behaves as a tensor tree of the same data does (rbf2ttree, read by Radiance's own code),
-whatever else the scene says: thickness, up vectors, transforms, real arguments, patterns. Limits are four standard errors of the
-rendering, plus what a tree's cells take away."""
+whatever else the scene says: thickness, up vectors, transforms, real arguments, patterns, mkillum. Limits are four standard
+errors of the rendering, plus what a tree's cells take away."""
 import math
 import os
 
 import numpy as np
 
-from render import FINE, SPHERE, WORK, Case, main, mean, measure, measure_grain, query, run, scene, square, trace, vector
+from render import FINE, RADIANCE, SPHERE, WORK, Case, main, mean, measure, measure_grain, query, run, scene, square, trace, vector
 
 # bright where x is small: what a sheet with a grain shows of it depends on how it is turned
 SKY = "void brightfunc b 2 .2+exp(-12*Dx*Dx) . 0 0\nb glow g 0 0 4 1 1 1 0\ng source sky 0 0 4 0 0 1 360\n"
@@ -72,8 +72,8 @@ class LikeTree(Case):
 
     def test_thickness(self):
         """Irradiance beside the panel, which indirect rays meet on the side away from the geometry that it stands for. (With
-        negative thickness Radiance starts the rays of its diffuse transmission on the near side, so that they meet the panel again:
-        6 % less, here, with a tree as with the file.)"""
+        thickness, negative in 5.4 and either in 6.x, Radiance starts the rays of its diffuse transmission on the near side, so that
+        they meet the panel again: 6 % less, here, with a tree as with the file.)"""
         for thick, side in ((0, 1), (.1, 1), (-.1, 1), (0, -1), (.1, -1), (-.1, -1)):
             found = []
             for form in ("rbf", "xml"):
@@ -82,6 +82,27 @@ class LikeTree(Case):
                 found.append([v[1] for v in mean(trace(octree, rays, "-I", "-ab", "2", "-ad", "600", *FINE[2:]))])
             (ours, error), (theirs, other) = found
             self.agrees(ours, math.hypot(error, other), theirs, .003, f"thickness {thick}, side {side}")
+    def test_mkillum(self):
+        """The panel as a secondary light source."""
+        if not os.path.exists(os.path.join(RADIANCE, "mkillum")):
+            self.skipTest("these sources of Radiance have no mkillum")
+        room = ("void brightfunc b 2 1+Dx . 0 0\nb glow g 0 0 4 1 1 1 0\ng source sky 0 0 4 0 0 1 180\n"
+                "void plastic black 0 0 5 0 0 0 0 0\nblack ring shade 0 0 8 0 0 2 0 0 -1 1.2 100\n")
+        floor = [[x, y, z, 0, 0, 1] for x, y, z in ((0, 0, 0), (.5, .5, 0), (.8, -.8, .3), (-1, .5, 0))]
+        seen = {}
+        for form in ("rbf", "xml"):
+            pane = f"void BSDF m 6 0 sheet.{form} 0 1 0 . 0 0\nm ring pane 0 0 8 0 0 2 0 0 -1 0 1.2\n"
+            octree = scene("pane", room + pane)
+            seen[form] = trace(octree, floor, "-I", "-ab", "2", "-ad", "8192", "-lw", "1e-6", "-aa", "0", "-as", "0", "-st", "0")[:, 1]
+            for processes in ("1", "2"):
+                illum = run(["mkillum", "-n", processes, "-ab", "1", "-st", "0", "-lw", "1e-7", octree],
+                            b"#@mkillum d=300 s=200\n" + pane.encode()).decode()
+                seen[form, processes] = trace(scene("illum", room + illum), floor, "-I", "-ab", "0", "-dt", "0", "-ds", ".05")[:, 1]
+        for n in range(len(floor)):
+            for processes in ("1", "2"):
+                self.agrees(seen["rbf", processes][n], 0, seen["xml", processes][n], .01, f"mkillum -n {processes}, point {n}")
+                self.agrees(seen["rbf", processes][n], 0, seen["rbf"][n], .06, f"mkillum -n {processes} beside none, point {n}")
+
 
 if __name__ == "__main__":
     main()
