@@ -8,7 +8,8 @@ import os
 
 import numpy as np
 
-from render import FINE, RADIANCE, SPHERE, WORK, Case, main, mean, measure, measure_grain, query, run, scene, square, trace, vector
+from render import (FINE, RADIANCE, SPHERE, WORK, Case, hemisphere, main, mean, measure, measure_grain, query, run, scene, square,
+                    trace, vector)
 
 # bright where x is small: what a sheet with a grain shows of it depends on how it is turned
 SKY = "void brightfunc b 2 .2+exp(-12*Dx*Dx) . 0 0\nb glow g 0 0 4 1 1 1 0\ng source sky 0 0 4 0 0 1 360\n"
@@ -36,8 +37,8 @@ class LikeTree(Case):
         values = trace(scene("seen", text), rays, "-ab", "1", "-ad", "64", "-lw", "1e-7", "-st", "0", *options)[:, 1].reshape(-1, count)
         return values.mean(axis=1), values.std(axis=1, ddof=1) / math.sqrt(count)
 
-    def alike(self, what, share=.02, sky=SKY, views=VIEWS, turn=None, **material):
-        for name in ("sheet", "grain"):
+    def alike(self, what, sky=SKY, views=VIEWS, turn=None, **material):
+        for name, share in (("sheet", .02), ("grain", .07)):  # its tree has wide cells of incidence
             values = {}
             for form in ("rbf", "xml"):
                 text = panel(form, name, **material)
@@ -55,7 +56,15 @@ class LikeTree(Case):
         plain = self.alike("plain")
         across = self.alike("up along x", up="1 0 0")
         self.assertGreater(abs(across - plain).max(), .05)  # the sheet with a grain shows how it is turned
-        self.alike("up between", up="1 2 0")
+        between = self.alike("up between", up="1 2 0")
+        # and by quadrature of rbfquery's values
+        around = np.concatenate([hemisphere(250), hemisphere(250) * [1, 1, -1]])
+        sky = abs(around[:, 2]) * (.2 + np.exp(-12 * around[:, 0]**2)) * 2 * math.pi / 250**2
+        for (x, y), got, what in (((0, 1), plain, "plain"), ((1, 0), across, "across"), ((1, 2), between, "between")):
+            axes = np.array([[y, -x, 0], [x, y, 0], [0, 0, math.hypot(x, y)]]) / math.hypot(x, y)
+            for n, v in enumerate(VIEWS):
+                f = query("grain.rbf", vectors=np.concatenate([np.broadcast_to(axes @ v, around.shape), around @ axes.T], axis=1))[:, 0]
+                self.agrees(got[n], .007, f @ sky, .01, f"quadrature, {what}, view {n}")
         self.alike("up turned by a transform", transform="-rz 35")
         self.alike("xform", turn=("-rz", "40", "-ry", "15"))
         self.alike("mirrored", turn=("-mx", "-rz", "30"))
