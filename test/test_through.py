@@ -57,11 +57,11 @@ class Through(Case):
     def test_picture_through_glass(self):
         """rpict: an edge behind the glass stays an edge, and the floor under it gets the sun once."""
         edge = ("void brightfunc e 2 if(Px,1,.001) . 0 0\ne glow far 0 0 4 1 1 1 0\n" + square("back", "far", half=40, z=-3))
-        view = ["-vp", "0", "0", "3", "-vd", "0", "0", "-1", "-vu", "0", "1", "0", "-vh", "16", "-vv", "4", "-ps", "1", "-pj", "0",
+        view = ["-vp", "0", "0", "3", "-vd", "0", "0", "-1", "-vu", "0", "1", "0", "-vh", "16", "-vv", "16", "-ps", "1", "-pj", "0",
                 "-ab", "0", "-st", "0"]
         for name, tint in (("glass.rbf", (1, 1, 1)), ("tinted.rbf", (.6, .7, .9))):
-            bare = picture(scene("bare", edge), 64, 16, *view)
-            seen = picture(scene("edge", edge + bsdf(name, "aBSDF") + square("s", "m")), 64, 16, *view)
+            bare = picture(scene("bare", edge), 64, 64, *view)
+            seen = picture(scene("edge", edge + bsdf(name, "aBSDF") + square("s", "m")), 64, 64, *view)
             dark, bright = seen[:, :31], seen[:, 33:]
             self.assertTrue(np.allclose(bare[:, 33:], 1, rtol=.01))
             print(f"    {name}: bright {bright.mean(axis=(0, 1))}, dark {dark.mean(axis=(0, 1))}")
