@@ -21,7 +21,7 @@ static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 enum { FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
-static const float LOBES_GAIN = .95f, LOBES_SAME = 1.03f;
+static const float LOBES_GAIN = .95f, LOBES_SAME = 1.005f;
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
 {
