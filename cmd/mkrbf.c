@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* mkrbf: measurement files in, recorded interpolant out. Options -n, -s, -t, -g mean what they mean in pabopto2bsdf(1). */
 #include "common.h"
+#include "summary.h"
 #include "mpi/ranks.h"
 
 #include <ctype.h>
@@ -140,8 +141,6 @@ static void record_sources(bsdfrbf_context *context, bsdfrbf_model *model, int f
 	free(text);
 }
 
-static const char *const name[4] = {"rf", "rb", "tf", "tb"};
-
 /* Mean over the incidences. < 0: cannot be told. */
 static double reciprocity(const bsdfrbf_model *model, bsdfrbf_component component, int incidences)
 {
@@ -151,43 +150,8 @@ static double reciprocity(const bsdfrbf_model *model, bsdfrbf_component componen
 	return incidences ? sum / incidences : -1;
 }
 
-/* Where the result cannot be good, and what would help. */
-static void warn(const bsdfrbf_model *model)
+static void print_size(const char *path, double seconds)
 {
-	for (int c = 0; c < 4; c++) {
-		bsdfrbf_component_info info;
-		int cutoffs = 0;
-		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
-			continue;
-		if (info.loo_error > .5)
-			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
-				"measured ones, or measure more of them", name[c], 100 * info.loo_error);
-		for (int t = 0; t < info.triangles; t++)
-			cutoffs += bsdfrbf_get_disagreement(model, (bsdfrbf_component)c, t) > BSDFRBF_CUTOFF;
-		if (cutoffs)
-			cmd_say("warning - %s: a beam ends within %d of the %d %s between incidences; measure more of them there (rbfinfo -v)",
-				name[c], cutoffs, info.triangles, info.symmetry == 'I' ? "segments" : "triangles");
-	}
-}
-
-static void summarize(const bsdfrbf_model *model, const char *path, double seconds)
-{
-	for (int c = 0; c < 4; c++) {
-		bsdfrbf_component_info info;
-		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
-			continue;
-		fprintf(stderr, "%s: %s; %d incidences to %.1f degrees, %.0f lobes each; frames", name[c], info.symmetry_text,
-			info.incidences, info.theta_max_deg, info.incidences ? (double)info.lobes / info.incidences : 0);
-		for (int f = 0; f < info.frames; f++)
-			fprintf(stderr, "%s %s %.0f %%", f ? "," : "", info.frame_name[f], 100 * info.frame_share[f]);
-		if (info.residual)
-			fprintf(stderr, " + residual %.1f degrees", info.residual_deg);
-		if (info.loo_error >= 0)
-			fprintf(stderr, "; leave-one-out error %.3f", info.loo_error);
-		if (info.expected_error >= 0)
-			fprintf(stderr, "; expected error %.3f", info.expected_error);
-		fputc('\n', stderr);
-	}
 	struct stat status;
 	if (!stat(path, &status))
 		fprintf(stderr, "%s: %.1f MB in %.1f s\n", path, 1e-6 * (double)status.st_size, seconds);
@@ -221,7 +185,7 @@ static void symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const optio
 		const int both = bsdfrbf_get_reciprocity(*model, (bsdfrbf_component)c, 0) >= 0;
 		known |= both;
 		if (!both && cmd_shows())
-			cmd_say("warning - %s: only one side was measured; nothing to make reciprocal", name[c]);
+			cmd_say("warning - %s: only one side was measured; nothing to make reciprocal", summary_name[c]);
 	}
 	if (!known)
 		return;
@@ -240,9 +204,9 @@ static void symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const optio
 		cmd_progress_clear();
 		if (worse)
 			cmd_say("warning - %s: made reciprocal, left-out incidences would be predicted with an error of %.3f instead of %.3f; -r is not "
-				"followed: check the sample's orientation", name[c], after.loo_error, before.loo_error);
+				"followed: check the sample's orientation", summary_name[c], after.loo_error, before.loo_error);
 		else
-			cmd_say("%s: difference between f(a, b) and f(b, a) %.3f, was %.3f; leave-one-out error %.3f, was %.3f", name[c],
+			cmd_say("%s: difference between f(a, b) and f(b, a) %.3f, was %.3f; leave-one-out error %.3f, was %.3f", summary_name[c],
 				reciprocity(made, (bsdfrbf_component)c, after.incidences), was, after.loo_error, before.loo_error);
 	}
 	bsdfrbf_close(refused ? made : *model);
@@ -291,9 +255,11 @@ int main(int argc, char **argv)
 		if (bsdfrbf_save(context, model, o.output) != BSDFRBF_OK)
 			expect(context, BSDFRBF_ERR_IO); /* a signal that came once the file is whole is too late */
 		cmd_progress_clear();
-		warn(model);
-		if (!o.quiet)
-			summarize(model, o.output, now() - start);
+		summary_warn(model);
+		if (!o.quiet) {
+			summary_print(model, data);
+			print_size(o.output, now() - start);
+		}
 	}
 	const int failed = ranks_end();
 	bsdfrbf_close(model);

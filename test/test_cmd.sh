@@ -84,7 +84,9 @@ awk 'BEGIN {
 works plain "$bin/mkrbf" -o plain.rbf "${good[@]}"
 [ -s plain.rbf ] || no plain "no output file"
 [ "$(wc -l <err)" -le 6 ] || no plain "more than six lines on stderr" "$(cat err)"
-grep -q "^rf: isotropic.* 4 incidences" err || no plain "summary without symmetry and incidences" "$(cat err)"
+grep -q "^rf: isotropic" err && grep -q "^    4 incidences to 60.0 degrees, .* samples each; noise" err && grep -q '^    holes: none' err &&
+	grep -q '^    [0-9]* lobes each; frames' err && grep -q '^    error of incidences left out' err ||
+	no plain "summary without symmetry, incidences, holes, frames or errors" "$(cat err)"
 grep -q $'\r' err && no plain "progress bar without a terminal"
 works info "$bin/rbfinfo" -v plain.rbf
 for line in "name: test satin" "channels: Y" "symmetry: isotropic" "incidences: 4" "largest theta: 60.00" "in20.txt"; do

@@ -5,13 +5,13 @@
  * test/bench compiles this with -mavx2 -mfma -ffast-math, which lets the compiler call libmvec, and with
  * --wrap=rbf_kernel_sum, by which the lobes are counted.
  */
+#include "clock.h"
 #include "bsdfrbf.h"
 #include "kernel.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 enum { LOBES = 1024, PAIRS = 20000, ROUNDS = 9 };
 
@@ -34,20 +34,6 @@ void __wrap_rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, float sum[3
 				lobes += RBF_LANES * (left < job[j].group ? left : job[j].group);
 			}
 	__real_rbf_kernel_sum(job, jobs, sum);
-}
-
-static double now(void)
-{
-	struct timespec t;
-	clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static double uniform(void)
-{
-	static uint64_t state = 1; /* Knuth's MMIX generator */
-	state = state * 6364136223846793005u + 1442695040888963407u;
-	return (double)(state >> 11) * 0x1p-53;
 }
 
 static void direction(float least_z, int sign, float d[3])

@@ -5,6 +5,7 @@
  * (medians of the rounds' processor time). test/bench compiles this against build/radiance/source/common when it runs.
  * Random numbers are the same for both; directions fill the solid angle up to 81 degrees of incidence and 84 of exitance.
  */
+#include "clock.h"
 #include "bsdfrbf.h"
 
 #include <math.h>
@@ -12,7 +13,6 @@
 #include "bsdf.h" /* needs stdio.h */
 
 #include <stdlib.h>
-#include <time.h>
 
 enum { COUNT = 10000, RUN = 100, ROUNDS = 9 };
 
@@ -24,20 +24,6 @@ static int transmit, channels;
 static float incident[COUNT][3], outgoing[COUNT][3], values[COUNT * 3];
 static double incident_d[COUNT][3], outgoing_d[COUNT][3], number[COUNT];
 static volatile double sink;
-
-static double now(void)
-{
-	struct timespec t;
-	clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-	return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static double uniform(void)
-{
-	static uint64_t state = 1; /* Knuth's MMIX generator */
-	state = state * 6364136223846793005u + 1442695040888963407u;
-	return (double)(state >> 11) * 0x1p-53;
-}
 
 static void direction(double least_z, int sign, float f[3], double d[3])
 {

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "summary.h"
+#include "common.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define PI 3.14159265358979323846
+
+const char *const summary_name[4] = {"rf", "rb", "tf", "tb"};
+
+static const double WIDE = 2; /* a gap of more than this many mean spacings is a hole */
+
+static int ascending(const void *a, const void *b)
+{
+	const double x = *(const double *)a, y = *(const double *)b;
+	return x < y ? -1 : x > y;
+}
+
+static double middle(double *list, size_t count)
+{
+	qsort(list, count, sizeof *list, ascending);
+	return count ? list[count / 2] : 0;
+}
+
+/* Of one incidence, degrees: the gap around the source, the most grazing sample, and the samples' mean spacing. */
+static void look(const bsdfrbf_samples *s, double *source, double *grazing, double *spacing)
+{
+	double nearest = 4, lowest = 1;
+	for (size_t i = 0; i < s->count; i++) {
+		const double *o = s->outgoing + 3*i, *d = s->direction;
+		const double chord = sqrt((o[0]-d[0])*(o[0]-d[0]) + (o[1]-d[1])*(o[1]-d[1]) + (o[2]-d[2])*(o[2]-d[2]));
+		nearest = fmin(nearest, chord);
+		lowest = fmin(lowest, o[2]);
+	}
+	*source = 360 / PI * asin(fmin(nearest / 2, 1));
+	*grazing = 180 / PI * acos(lowest);
+	*spacing = 180 / PI * sqrt(2 * PI / (double)(s->count ? s->count : 1));
+}
+
+static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf_component_info *info)
+{
+	const size_t count = bsdfrbf_data_incidences(data, (bsdfrbf_component)component);
+	double *list = malloc((4 * count + 1) * sizeof *list), *source = list, *grazing = list + count, *spacing = list + 2*count, *samples = list + 3*count;
+	size_t used = 0;
+	if (!list)
+		return;
+	for (size_t i = 0; i < count; i++) {
+		bsdfrbf_samples s;
+		if (bsdfrbf_data_get(data, (bsdfrbf_component)component, i, &s) != BSDFRBF_OK || !s.count)
+			continue;
+		look(&s, &source[used], &grazing[used], &spacing[used]);
+		samples[used++] = (double)s.count;
+	}
+	fprintf(stderr, "    %d incidences to %.1f degrees", info->incidences, info->theta_max_deg);
+	if (used)
+		fprintf(stderr, ", %.0f samples each", middle(samples, used));
+	if (info->fit_error >= 0)
+		fprintf(stderr, "; noise and fit together %.1f %%", 100 * info->fit_error);
+	fputc('\n', stderr);
+	if (used) {
+		const double gap = middle(source, used), edge = middle(grazing, used), step = middle(spacing, used);
+		const int hole = component < BSDFRBF_TF && gap > WIDE * step, cut = 90 - edge > WIDE * step;
+		fprintf(stderr, "    holes: ");
+		if (hole)
+			fprintf(stderr, "%.1f degrees around the source", gap);
+		if (cut)
+			fprintf(stderr, "%snothing beyond %.1f degrees of exitance", hole ? "; " : "", edge);
+		fprintf(stderr, hole || cut ? "; filled smoothly\n" : "none\n");
+	}
+	free(list);
+}
+
+static void print_frames(const bsdfrbf_component_info *info)
+{
+	fprintf(stderr, "    %.0f lobes each; frames", info->incidences ? (double)info->lobes / info->incidences : 0);
+	for (int f = 0; f < info->frames; f++)
+		fprintf(stderr, "%s %s %.0f %%", f ? "," : "", info->frame_name[f], 100 * info->frame_share[f]);
+	if (info->residual)
+		fprintf(stderr, " + residual %.1f degrees", info->residual_deg);
+	fputc('\n', stderr);
+}
+
+void summary_print(const bsdfrbf_model *model, const bsdfrbf_data *data)
+{
+	for (int c = 0; c < 4; c++) {
+		bsdfrbf_component_info info;
+		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
+			continue;
+		fprintf(stderr, "%s: %s", summary_name[c], info.symmetry_text);
+		if (info.asymmetry >= 0)
+			fprintf(stderr, "; asymmetry %.1f %%", 100 * info.asymmetry);
+		fputc('\n', stderr);
+		print_samples(data, c, &info);
+		print_frames(&info);
+		if (info.loo_error >= 0)
+			fprintf(stderr, "    error of incidences left out %.3f", info.loo_error);
+		if (info.expected_error >= 0)
+			fprintf(stderr, "%s expected between incidences %.3f", info.loo_error >= 0 ? "," : "   ", info.expected_error);
+		if (info.loo_error >= 0 || info.expected_error >= 0)
+			fputc('\n', stderr);
+	}
+}
+
+void summary_warn(const bsdfrbf_model *model)
+{
+	for (int c = 0; c < 4; c++) {
+		bsdfrbf_component_info info;
+		int cutoffs = 0;
+		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
+			continue;
+		if (info.loo_error > .5)
+			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
+				"measured ones, or measure more of them", summary_name[c], 100 * info.loo_error);
+		for (int t = 0; t < info.triangles; t++)
+			cutoffs += bsdfrbf_get_disagreement(model, (bsdfrbf_component)c, t) > BSDFRBF_CUTOFF;
+		if (cutoffs)
+			cmd_say("warning - %s: a beam ends within %d of the %d %s between incidences; measure more of them there (rbfinfo -v)",
+				summary_name[c], cutoffs, info.triangles, info.symmetry == 'I' ? "segments" : "triangles");
+	}
+}
