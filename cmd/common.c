@@ -230,7 +230,7 @@ static int show(void *unused, const char *stage, double done)
 		time_left(left, sizeof left, time - bar_started, done);
 		snprintf(text + at, sizeof text - (size_t)at, "] %3.0f %% %.10s", 100 * done, left);
 		/* Ten times a second is enough for the eye, and cheap however often the library reports. */
-		if (strcmp(text, bar_shown) && (time - bar_last > .1 || !bar_shown[0])) {
+		if (strcmp(text, bar_shown) && (time - bar_last > .1 || !bar_shown[0] || done >= 1)) {
 			fprintf(stderr, "\r%s", text);
 			fflush(stderr);
 			strcpy(bar_shown, text);
