@@ -276,7 +276,7 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 			j->channels = channels;
 			j->group = (set->blocks + 63) / 64;
 			j->shift[0] = j->shift[1] = NULL;
-			if (c->residual) {
+			if (site->shift[k][0] || site->shift[k][1]) { /* also of a component that has none itself, as while it is chosen */
 				const uint32_t start = set->first - c->set[site->base[k] * c->frames].first;
 				for (int n = 0; n < 2; n++) {
 					j->shift[n] = site->shift[k][n] ? site->shift[k][n] + start : NULL;
