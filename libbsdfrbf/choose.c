@@ -225,7 +225,7 @@ static int measure(const bench *b, rbf_choice *choice, const rbf_choice *best)
 	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
 	if (!choice->label || !choice->base_error)
 		return -1;
-	rbf_label(m, choice->frames, choice->frame, choice->label, choice->share);
+	rbf_label(m, choice->frames, choice->frame, choice->faint, choice->label, choice->share);
 	drop_empty(choice, m->lobe_first[m->bases]);
 	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
 		return -1;
@@ -309,7 +309,7 @@ static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best,
 		return 0;
 	if (rbf_label_add(m, map, found))
 		return -1;
-	rbf_choice next = {.frames = others->frames + 1}, round = {0};
+	rbf_choice next = {.frames = others->frames + 1, .faint = others->faint}, round = {0};
 	memcpy(next.frame, others->frame, sizeof next.frame);
 	next.frame[others->frames] = m->candidates - 1;
 	if (contest(b, &round, next, NULL))
@@ -329,7 +329,7 @@ static int learn(const bench *b, rbf_choice *best)
 	rbf_lesson *lesson = rbf_learn_begin(b->fitted);
 	int failed = !lesson;
 	for (int more = 0; more < 2 && !failed && best->frames < RBF_MAX_FRAMES; more++) {
-		rbf_choice others = {.frames = 0};
+		rbf_choice others = {.faint = best->faint};
 		rbf_linear found[2];
 		const double known = rbf_learn_after(lesson, best->frames, best->frame);
 		if (more) {
@@ -348,7 +348,7 @@ static int learn(const bench *b, rbf_choice *best)
 		rbf_linear found, start = c->linear;
 		if (!rbf_map_learned(c->map))
 			start = (rbf_linear){{{row->along[0]}, {0, row->along[1]}}};
-		rbf_choice others = {.frames = 0};
+		rbf_choice others = {.faint = best->faint};
 		for (uint32_t g = 0; g < best->frames; g++)
 			if (g != f)
 				others.frame[others.frames++] = best->frame[g];
@@ -357,6 +357,40 @@ static int learn(const bench *b, rbf_choice *best)
 		failed = contest_learned(b, lesson, best, map[row->kind == RBF_KIND_TURN], &others, known, &start, &found);
 	}
 	rbf_learn_end(lesson);
+	return failed;
+}
+
+static void replace(rbf_choice *best, rbf_choice *next)
+{
+	rbf_choice_free(best);
+	*best = *next;
+	memset(next, 0, sizeof *next);
+}
+
+/* Adds listed frames to `best`, one at a time, as long as each lowers the error clearly. */
+static int add_frames(const bench *b, rbf_choice *best)
+{
+	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
+	int better = 1, failed = 0;
+	while (better && !failed && best->frames < FRAMES_MAX) {
+		rbf_choice round = {0};
+		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
+			rbf_choice next = {.frames = best->frames + 1, .faint = best->faint};
+			int there = plane && !rbf_map_get(map)->plane;
+			for (uint32_t f = 0; f < best->frames; f++) {
+				next.frame[f] = best->frame[f];
+				there |= best->frame[f] == map;
+			}
+			next.frame[best->frames] = map;
+			if (!there)
+				failed = contest(b, &round, next, best);
+		}
+		better = !failed && round.frames && round.error < GAIN * best->error;
+		if (better)
+			replace(best, &round);
+		else
+			rbf_choice_free(&round);
+	}
 	return failed;
 }
 
@@ -381,31 +415,21 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit
 		if (rbf_progress(context, "frames", from + step * map))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
-	while (!failed && best.frames < FRAMES_MAX) {
-		rbf_choice round = {0};
-		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
-			rbf_choice next = {.frames = best.frames + 1};
-			int there = plane && !rbf_map_get(map)->plane;
-			for (uint32_t f = 0; f < best.frames; f++) {
-				next.frame[f] = best.frame[f];
-				there |= best.frame[f] == map;
-			}
-			next.frame[best.frames] = map;
-			if (!there)
-				failed = contest(b, &round, next, &best);
-		}
-		const int better = !failed && round.frames && round.error < GAIN * best.error;
-		if (better) {
-			rbf_choice_free(&best);
-			best = round;
-		} else
-			rbf_choice_free(&round);
+	rbf_choice first = {.frames = 1, .frame = {best.frame[0]}, .faint = 1}, faint = {0};
+	failed = failed || add_frames(b, &best);
+	*choice = best;
+	if (rbf_progress(context, "frames", from + step * RBF_MAPS_LISTED))
+		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	if (!failed && best.error > ENOUGH * fit_error) {
+		failed = contest(b, &faint, first, NULL) || add_frames(b, &faint);
+		if (!failed && faint.error < GAIN * best.error)
+			replace(&best, &faint);
+		else
+			rbf_choice_free(&faint);
 		*choice = best;
-		if (rbf_progress(context, "frames", from + step * (RBF_MAPS_LISTED + best.frames - 1)))
-			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-		if (!better)
-			break;
 	}
+	if (rbf_progress(context, "frames", from + step * (RBF_MAPS_LISTED + 1)))
+		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	if (!failed && best.error > ENOUGH * fit_error) {
 		failed = learn(b, &best);
 		*choice = best;
@@ -415,7 +439,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit
 	const float caps[3] = {.6f, 1.f, 2.f};
 	const rbf_choice frames = best; /* its label and error arrays are not used below */
 	for (int n = 0; n < 3 && !failed; n++) {
-		rbf_choice next = {.frames = 1, .frame = {RBF_MAP_FIXED}, .cap = caps[n]};
+		rbf_choice next = {.frames = 1, .frame = {RBF_MAP_FIXED}, .cap = caps[n], .faint = frames.faint};
 		if (n < 2) {
 			next.frames = frames.frames;
 			memcpy(next.frame, frames.frame, sizeof next.frame);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 static const float SHARPNESS = 4;      /* exponent of the prediction */
-static const float SHARE_MIN = .03f;   /* frames that carry less are dropped */
+static const float SHARE_MIN = .03f, FAINT_MIN = .003f; /* frames that carry less are dropped */
 enum { ROUNDS = 6 };
 
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain)
@@ -172,8 +172,9 @@ static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_
 		r[f] /= sum;
 }
 
-void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float *label, float share[])
+void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], int faint, float *label, float share[])
 {
+	const float least = faint ? FAINT_MIN : SHARE_MIN;
 	const uint32_t lobes = m->lobe_first[m->bases];
 	float prior[RBF_MAX_FRAMES], r[RBF_MAX_FRAMES];
 	for (uint32_t f = 0; f < frames; f++)
@@ -199,12 +200,12 @@ void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], flo
 		int kept = 0;
 		for (uint32_t f = 0; f < frames; f++) {
 			share[f] = used ? (float)(sum[f] / used) : 1 / (float)frames;
-			kept += share[f] >= SHARE_MIN;
+			kept += share[f] >= least;
 		}
 		if (round == ROUNDS)
 			break;
 		for (uint32_t f = 0; f < frames; f++)
-			prior[f] = share[f] < SHARE_MIN * (float)(round + 1) / ROUNDS && kept ? 0 : share[f];
+			prior[f] = share[f] < least * (float)(round + 1) / ROUNDS && kept ? 0 : faint ? sqrtf(share[f]) : share[f];
 	}
 	for (uint32_t i = 0; i < lobes; i++) {
 		float sum = 0;
