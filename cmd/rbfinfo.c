@@ -60,17 +60,21 @@ static void print_incidences(const bsdfrbf_model *model, bsdfrbf_component compo
 /* Triangles within which a beam ends: where to measure more. */
 static void print_cutoffs(const bsdfrbf_model *model, bsdfrbf_component component, const bsdfrbf_component_info *info)
 {
+	float *disagreement = malloc(((size_t)info->triangles + 1) * sizeof *disagreement);
 	int count = 0;
-	for (int t = 0; t < info->triangles; t++)
-		count += bsdfrbf_get_disagreement(model, component, t) > BSDFRBF_CUTOFF;
+	if (!disagreement)
+		cmd_fail("out of memory");
+	for (int t = 0; t < info->triangles; t++) {
+		disagreement[t] = bsdfrbf_get_disagreement(model, component, t);
+		count += disagreement[t] > BSDFRBF_CUTOFF;
+	}
 	printf("    %s that hold a cut-off: %d\n", info->symmetry == 'I' ? "segments" : "triangles", count);
 	if (count)
 		printf("       theta      phi  disagreement\n");
 	for (int t = 0; t < info->triangles && count; t++) {
-		const float disagreement = bsdfrbf_get_disagreement(model, component, t);
 		int corner[3];
 		float middle[3] = {0, 0, 0};
-		if (!(disagreement > BSDFRBF_CUTOFF) || bsdfrbf_get_triangle(model, component, t, corner) != BSDFRBF_OK)
+		if (!(disagreement[t] > BSDFRBF_CUTOFF) || bsdfrbf_get_triangle(model, component, t, corner) != BSDFRBF_OK)
 			continue;
 		for (int k = 0; k < (info->symmetry == 'I' ? 2 : 3); k++) {
 			bsdfrbf_vertex_info vertex;
@@ -78,8 +82,9 @@ static void print_cutoffs(const bsdfrbf_model *model, bsdfrbf_component componen
 				for (int n = 0; n < 3; n++)
 					middle[n] += vertex.direction[n];
 		}
-		printf("    %8.2f %8.2f %13.2f\n", theta_of(middle), phi_of(middle), disagreement);
+		printf("    %8.2f %8.2f %13.2f\n", theta_of(middle), phi_of(middle), disagreement[t]);
 	}
+	free(disagreement);
 }
 
 /* How much more light leaves than arrives, where it does. */

@@ -263,6 +263,14 @@ void rbf_choice_free(rbf_choice *c)
 	memset(c, 0, sizeof *c);
 }
 
+/* `next` in the place of `best`. */
+static void replace(rbf_choice *best, rbf_choice *next)
+{
+	rbf_choice_free(best);
+	*best = *next;
+	memset(next, 0, sizeof *next);
+}
+
 /* Measures `next`; the better of the two stays in `best`. against: what it has to beat in any case, or NULL. */
 static int contest(const bench *b, rbf_choice *best, rbf_choice next, const rbf_choice *against)
 {
@@ -270,10 +278,9 @@ static int contest(const bench *b, rbf_choice *best, rbf_choice next, const rbf_
 		rbf_choice_free(&next);
 		return -1;
 	}
-	if (!best->frames || next.error < best->error) {
-		rbf_choice_free(best);
-		*best = next;
-	} else
+	if (!best->frames || next.error < best->error)
+		replace(best, &next);
+	else
 		rbf_choice_free(&next);
 	return 0;
 }
@@ -314,10 +321,9 @@ static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best,
 	next.frame[others->frames] = m->candidates - 1;
 	if (contest(b, &round, next, NULL))
 		return -1;
-	if (round.error < LEARNED_GAIN * best->error) {
-		rbf_choice_free(best);
-		*best = round;
-	} else
+	if (round.error < LEARNED_GAIN * best->error)
+		replace(best, &round);
+	else
 		rbf_choice_free(&round);
 	return 0;
 }
@@ -358,13 +364,6 @@ static int learn(const bench *b, rbf_choice *best)
 	}
 	rbf_learn_end(lesson);
 	return failed;
-}
-
-static void replace(rbf_choice *best, rbf_choice *next)
-{
-	rbf_choice_free(best);
-	*best = *next;
-	memset(next, 0, sizeof *next);
 }
 
 /* Adds listed frames to `best`, one at a time, as long as each lowers the error clearly. */
