@@ -191,8 +191,9 @@ static void peaks(work *k)
 		found_peaks++;
 		for (size_t n = 0; n < sizeof nearest / sizeof *nearest; n++) {
 			const int count = rbf_tree_nearest(&k->tree, k->w[i], nearest[n], index, distance);
-			const float *w = k->w[i], sign = copysignf(1, w[2]), a = -1 / (sign + w[2]), b = w[0] * w[1] * a;
-			const float t[3] = {1 + sign*w[0]*w[0]*a, sign*b, -sign*w[0]}, u[3] = {b, sign + w[1]*w[1]*a, -w[1]};
+			const float *w = k->w[i];
+			float t[3], u[3];
+			rbf_basis(w, t, u);
 			const double unit = sqrt((double)distance[count - 1]);
 			double m[4][5] = {{0}};
 			float peak = 0;

@@ -41,12 +41,12 @@ typedef struct batch {
 /* Pairs of opposite points on a spiral over the lobe: what changes evenly across it cancels in each pair. */
 static inline void add_points(const spiral *s, const float centre[3], float kappa, uint32_t turn, int pairs, unsigned op, batch *b)
 {
-	/* orthonormal basis: Duff et al., Building an orthonormal basis, revisited, 2017 */
-	const float sign = copysignf(1, centre[2]), a = -1 / (sign + centre[2]), ab = centre[0] * centre[1] * a;
 	const float mx = op & 1 ? -1.f : 1.f, my = op & 2 ? -1.f : 1.f;
-	const float x[3] = {mx * (1 + sign * centre[0]*centre[0]*a), mx * ab, mx * centre[0]};
-	const float y[3] = {my * sign * ab, my * (sign + centre[1]*centre[1]*a), my * centre[1]};
-	const float z[3] = {-sign * centre[0], -centre[1], centre[2]};
+	float t[3], u[3];
+	rbf_basis(centre, t, u);
+	const float x[3] = {mx * t[0], mx * u[0], mx * centre[0]};
+	const float y[3] = {my * t[1], my * u[1], my * centre[1]};
+	const float z[3] = {t[2], u[2], centre[2]};
 	const float offset = .56984029f * (float)(turn % 1024) + .5f, start = offset - floorf(offset);
 	const float faint = kappa > FAINT ? 0 : expf(-2 * kappa), share = 1 / (float)pairs, narrow = 1 / kappa;
 	const float *cosine = s->cosine + turn * 37 % TURNS, *sine = s->sine + turn * 37 % TURNS;

@@ -62,10 +62,8 @@ void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint
 static inline void around(const float centre[3], double w, double cosine, double sine, float out[3])
 {
 	const double square = w * (2 - w), radius = square > 0 ? sqrt(square) : 0;
-	/* orthonormal basis: Duff et al., Building an orthonormal basis, revisited, 2017 */
-	const float sign = copysignf(1, centre[2]), a = -1 / (sign + centre[2]), b = centre[0] * centre[1] * a;
-	const float t[3] = {1 + sign * centre[0]*centre[0]*a, sign * b, -sign * centre[0]};
-	const float s[3] = {b, sign + centre[1]*centre[1]*a, -centre[1]};
+	float t[3], s[3];
+	rbf_basis(centre, t, s);
 	const float x = (float)(radius * cosine), y = (float)(radius * sine), z = (float)(1 - w);
 	for (int n = 0; n < 3; n++)
 		out[n] = x*t[n] + y*s[n] + z*centre[n];

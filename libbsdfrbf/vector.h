@@ -43,6 +43,18 @@ static inline float rbf_normalize(float v[3])
 	return (float)length;
 }
 
+/* Two unit vectors across the unit vector n and each other: Duff et al., Building an orthonormal basis, revisited, 2017. */
+static inline void rbf_basis(const float n[3], float t[3], float s[3])
+{
+	const float sign = copysignf(1, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+	t[0] = 1 + sign * n[0]*n[0]*a;
+	t[1] = sign * b;
+	t[2] = -sign * n[0];
+	s[0] = b;
+	s[1] = sign + n[1]*n[1]*a;
+	s[2] = -n[1];
+}
+
 /* Applies a mirror operation (mesh.h): bit 0 flips x, bit 1 flips y. */
 static inline void rbf_mirror(unsigned op, const float in[3], float out[3])
 {

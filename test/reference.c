@@ -17,6 +17,7 @@
 #define rbf_dot double_dot
 #define rbf_angle double_angle
 #define rbf_normalize double_normalize
+#define rbf_basis double_basis
 #define rbf_mirror double_mirror
 #define rbf_min double_min
 #define rbf_max double_max
