@@ -72,12 +72,12 @@ int rbf_advect(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], con
 			if (label[(size_t)g * all + m->lobe_first[from] + i] > label[(size_t)f * all + m->lobe_first[from] + i])
 				f = (uint8_t)g;
 		main_frame[i] = f;
+		const float (*to_here)[3] = (const float (*)[3])mapped + f * k;
 		for (size_t j = 0; j < k; j++) {
-			if (!valid[f * k + j])
+			const float chord = chord2(a.centre[i], to_here[j]), spread = a.sigma[i] - b.sigma[j];
+			if (!(chord + spread * spread < limit) || !valid[f * k + j]) /* a chord is shorter than its arc */
 				continue;
-			const float half = .5f * sqrtf(chord2(a.centre[i], mapped[f * k + j]));
-			const float angle = 2 * asinf(fminf(half, 1.f)), spread = a.sigma[i] - b.sigma[j];
-			const float cost = angle * angle + spread * spread;
+			const float angle = 2 * asinf(fminf(.5f * sqrtf(chord), 1.f)), cost = angle * angle + spread * spread;
 			if (angle < reach && cost < limit)
 				arc[arcs++] = (rbf_arc){(uint32_t)i, (uint32_t)j, cost};
 		}

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "neighbours.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF = 12 };
+enum { LEAF = 12, BRANCHLESS = 24 };
 
 /* The median of a range is its node, split along the axis of largest extent. */
 static int widest(const rbf_tree *t, size_t from, size_t to)
@@ -99,29 +100,60 @@ void rbf_tree_free(rbf_tree *tree)
 	memset(tree, 0, sizeof *tree);
 }
 
+/* The nearest so far, as keys that sort by distance and then by index: the bits of a float that is not negative sort as it does. */
 typedef struct search {
 	const rbf_tree *tree;
-	const float *p;
-	int k, found;
-	uint32_t *index;
-	float *distance;
+	float p[3];
+	int k;
+	float worst; /* squared distance of the last */
+	uint64_t key[RBF_NEAREST_MOST];
 } search;
 
-static void offer(search *s, size_t i)
+static inline float distance_of(uint64_t key)
 {
-	const float *q = s->tree->point[i];
-	const float x = q[0] - s->p[0], y = q[1] - s->p[1], z = q[2] - s->p[2], d = x*x + y*y + z*z;
-	const uint32_t index = s->tree->index[i];
-	if (s->found == s->k && !(d < s->distance[s->k - 1] || (d == s->distance[s->k - 1] && index < s->index[s->k - 1])))
-		return;
-	int at = s->found < s->k ? s->found++ : s->k - 1;
-	while (at > 0 && (s->distance[at - 1] > d || (s->distance[at - 1] == d && s->index[at - 1] > index))) {
-		s->distance[at] = s->distance[at - 1];
-		s->index[at] = s->index[at - 1];
-		at--;
+	const uint32_t bits = (uint32_t)(key >> 32);
+	float distance;
+	memcpy(&distance, &bits, sizeof distance);
+	return distance;
+}
+
+static inline uint64_t key_of(float distance, uint32_t index)
+{
+	uint32_t bits;
+	memcpy(&bits, &distance, sizeof bits);
+	return (uint64_t)bits << 32 | index;
+}
+
+static inline void insert(search *s, float d, uint32_t index)
+{
+	const uint64_t key = key_of(d, index);
+	if (s->k > BRANCHLESS) {
+		int at = s->k - 1;
+		for (; at > 0 && s->key[at - 1] > key; at--)
+			s->key[at] = s->key[at - 1];
+		if (key < s->key[at])
+			s->key[at] = key;
+	} else { /* every key moves to its place without a branch, since where that is cannot be foreseen */
+		for (int at = s->k - 1; at > 0; at--) {
+			const uint64_t own = s->key[at], lower = s->key[at - 1], least = key < own ? key : own;
+			s->key[at] = lower > least ? lower : least;
+		}
+		s->key[0] = key < s->key[0] ? key : s->key[0];
 	}
-	s->distance[at] = d;
-	s->index[at] = index;
+	s->worst = distance_of(s->key[s->k - 1]);
+}
+
+static inline float distance2(const float p[3], const float q[3])
+{
+	const float x = q[0] - p[0], y = q[1] - p[1], z = q[2] - p[2];
+	return x*x + y*y + z*z;
+}
+
+static inline void offer(search *s, size_t i)
+{
+	const float d = distance2(s->p, s->tree->point[i]);
+	if (d <= s->worst)
+		insert(s, d, s->tree->index[i]);
 }
 
 static void visit(search *s, size_t from, size_t to)
@@ -130,13 +162,13 @@ static void visit(search *s, size_t from, size_t to)
 		const size_t middle = from + (to - from) / 2;
 		const int axis = s->tree->axis[middle];
 		const float side = s->p[axis] - s->tree->point[middle][axis];
-		offer(s, middle);
 		if (side < 0)
 			visit(s, from, middle);
 		else
 			visit(s, middle + 1, to);
-		if (s->found == s->k && side * side > s->distance[s->k - 1])
+		if (side * side > s->worst)
 			return;
+		offer(s, middle);
 		if (side < 0)
 			from = middle + 1;
 		else
@@ -148,8 +180,16 @@ static void visit(search *s, size_t from, size_t to)
 
 int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *index, float *distance)
 {
-	search s = {tree, p, k, 0, index, distance};
+	search s = {.tree = tree, .p = {p[0], p[1], p[2]}, .k = k, .worst = INFINITY};
+	const uint64_t none = key_of(INFINITY, UINT32_MAX);
+	int found = 0;
+	for (int i = 0; i < k; i++)
+		s.key[i] = none;
 	if (k > 0)
 		visit(&s, 0, tree->count);
-	return s.found;
+	for (; found < k && s.key[found] != none; found++) {
+		index[found] = (uint32_t)s.key[found];
+		distance[found] = distance_of(s.key[found]);
+	}
+	return found;
 }

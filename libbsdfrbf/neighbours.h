@@ -16,6 +16,8 @@ typedef struct rbf_tree {
 int rbf_tree_build(rbf_tree *tree, size_t count, const float (*points)[3]);
 void rbf_tree_free(rbf_tree *tree);
 
-/* The `k` (at most 64) points nearest to p, nearest first, into index[k] and squared distance[k]. Returns how many. */
+enum { RBF_NEAREST_MOST = 64 };
+
+/* The `k` (at most RBF_NEAREST_MOST) points nearest to p, nearest first, into index[k] and squared distance[k]. Returns how many. */
 int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *index, float *distance);
 #endif

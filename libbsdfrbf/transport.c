@@ -4,8 +4,8 @@
  * Cunningham 1976, Ahuja, Magnanti and Orlin, "Network Flows", 1993, ch. 11).
  *
  * Two facts of our network make it short and fast: nothing has an upper bound, so an arc outside the tree carries
- * nothing and needs no state; and the star around the hub (everything fades) is a feasible tree to start from, so no
- * artificial arcs are needed and only what gains by moving is ever pivoted in.
+ * nothing and needs no state; and what is left of a greedy plan fades through the hub, which makes a feasible tree to start
+ * from, so no artificial arcs are needed.
  */
 #include "transport.h"
 
@@ -19,6 +19,7 @@
 #define COST_UNITS 68719476736.0
 
 #define NONE UINT32_MAX
+enum { BUCKETS = 1024 };
 
 typedef struct edge {
 	uint32_t from, to;
@@ -27,7 +28,6 @@ typedef struct edge {
 
 /* A node and the tree arc to its parent. */
 typedef struct node {
-	int64_t potential; /* cost of the tree's way from the hub to here */
 	int64_t flow;      /* on the arc to the parent */
 	uint32_t parent, child, next, previous; /* tree, siblings in a list */
 	uint32_t depth;
@@ -37,6 +37,7 @@ typedef struct node {
 
 typedef struct network {
 	node *nodes;
+	int64_t *potential; /* cost of the tree's way from the hub to a node */
 	edge *edges;
 	size_t edge_count;
 	size_t cursor;     /* where pricing goes on */
@@ -63,39 +64,38 @@ static void detach(node *nodes, uint32_t child)
 		nodes[c->next].previous = c->previous;
 }
 
-/* Edge with the most negative reduced cost of the next block that has one (Grigoriadis 1986: the square root of the
+/* Edge with the most negative reduced cost of the next block that has one (Grigoriadis 1986: about the square root of the
  * number of edges makes a good block), or edge_count if there is none: optimal. */
 static size_t price(network *w)
 {
-	const size_t count = w->edge_count;
-	const size_t block = (size_t)sqrt((double)count) + 16;
-	size_t best = count, left = block, i = w->cursor;
+	const size_t count = w->edge_count, block = (size_t)sqrt((double)count) + 64;
+	const int64_t *potential = w->potential;
+	size_t best = count, i = w->cursor;
 	int64_t lowest = 0;
-	for (size_t seen = 0; seen < count; seen++) {
-		const edge *e = &w->edges[i];
-		const int64_t reduced = e->cost + w->nodes[e->from].potential - w->nodes[e->to].potential;
-		if (reduced < lowest) {
-			lowest = reduced;
-			best = i;
+	for (size_t seen = 0; seen < count && best == count; ) {
+		size_t end = i + block < count ? i + block : count;
+		seen += end - i;
+		for (; i < end; i++) {
+			const edge *e = &w->edges[i];
+			const int64_t reduced = e->cost + potential[e->from] - potential[e->to];
+			if (reduced < lowest) {
+				lowest = reduced;
+				best = i;
+			}
 		}
-		if (++i == count)
+		if (i == count)
 			i = 0;
-		if (--left == 0) {
-			if (best != count)
-				break;
-			left = block;
-		}
 	}
 	w->cursor = i;
 	return best;
 }
 
 /* Adds `shift` to the potentials of the subtree at `top` and renews the depths. */
-static void renew(node *nodes, uint32_t top, int64_t shift)
+static void renew(node *nodes, int64_t *potential, uint32_t top, int64_t shift)
 {
 	uint32_t i = top;
 	for (;;) {
-		nodes[i].potential += shift;
+		potential[i] += shift;
 		nodes[i].depth = nodes[nodes[i].parent].depth + 1;
 		if (nodes[i].child != NONE) {
 			i = nodes[i].child;
@@ -114,7 +114,7 @@ static void pivot(network *w, size_t entering)
 {
 	node *nodes = w->nodes;
 	const edge *e = &w->edges[entering];
-	const int64_t reduced = e->cost + nodes[e->from].potential - nodes[e->to].potential;
+	const int64_t reduced = e->cost + w->potential[e->from] - w->potential[e->to];
 
 	/* Round the cycle flow goes join -> from -> to -> join. It falls on edges that point up on the `from` side and down on
 	 * the `to` side. The last of the limiting ones, seen from the join, leaves: this keeps every edge without flow
@@ -166,7 +166,7 @@ static void pivot(network *w, size_t entering)
 		flow = old.flow;
 		i = old.parent;
 	}
-	renew(nodes, top, leaving_side == 1 ? -reduced : reduced);
+	renew(nodes, w->potential, top, leaving_side == 1 ? -reduced : reduced);
 }
 
 /* The total, or 0 if an entry cannot be a mass. */
@@ -181,31 +181,71 @@ static double total_mass(size_t n, const double *mass)
 	return isfinite(sum) ? sum : 0;
 }
 
-/* Hangs the masses, in integer units, on the hub. The largest takes the rounding residue so that both sides match;
- * what rounds to nothing stays out of the network. */
-static void hang(node *nodes, uint32_t hub, uint32_t first, size_t n, const double *mass, double total, int up, int64_t cost)
+/* Masses in integer units as `flow`. The largest takes the rounding residue so that both sides match; what rounds to nothing stays
+ * out of the network: its depth is 0. */
+static void set_masses(node *nodes, size_t n, const double *mass, double total, int up)
 {
 	int64_t rest = (int64_t)MASS_UNITS;
 	size_t largest = 0;
 	for (size_t i = 0; i < n; i++) {
-		nodes[first + i].flow = llround(mass[i] / total * MASS_UNITS);
-		rest -= nodes[first + i].flow;
+		nodes[i] = (node){.flow = llround(mass[i] / total * MASS_UNITS), .parent = NONE, .child = NONE, .next = NONE, .previous = NONE,
+			.arc = NONE, .up = up};
+		rest -= nodes[i].flow;
 		if (mass[i] > mass[largest])
 			largest = i;
 	}
-	nodes[first + largest].flow += rest;
-	for (size_t i = n; i-- > 0; ) {
-		node *entry = &nodes[first + i];
-		entry->child = NONE;
-		entry->parent = NONE;
-		if (entry->flow <= 0)
+	nodes[largest].flow += rest;
+	for (size_t i = 0; i < n; i++)
+		nodes[i].depth = nodes[i].flow > 0;
+}
+
+/* Tree of a greedy plan: the cheapest edges first, each with all that its ends still have. The end that is used up hangs from the
+ * other, in a tie the demand, so that every edge without flow points at the root; the rest hangs from the hub. order: the edges by
+ * cost, roughly is enough. */
+static void plant(network *w, uint32_t hub, size_t pairs, const uint32_t *order, uint32_t supplies, int64_t cap)
+{
+	node *nodes = w->nodes;
+	for (size_t k = 0; k < pairs; k++) {
+		const uint32_t from = w->edges[order[k]].from, to = w->edges[order[k]].to;
+		if (nodes[from].parent != NONE || nodes[to].parent != NONE || !nodes[from].flow)
 			continue;
-		entry->potential = cost;
-		entry->depth = 1;
-		entry->arc = NONE;
-		entry->up = up;
-		attach(nodes, first + (uint32_t)i, hub);
+		const uint32_t child = nodes[from].flow < nodes[to].flow ? from : to, parent = child == from ? to : from;
+		nodes[parent].flow -= nodes[child].flow;
+		nodes[child].arc = order[k];
+		attach(nodes, child, parent);
 	}
+	nodes[hub] = (node){.parent = NONE, .child = NONE, .next = NONE, .previous = NONE, .arc = NONE};
+	for (uint32_t i = 0; i < hub; i++)
+		if (nodes[i].depth && nodes[i].parent == NONE)
+			attach(nodes, i, hub);
+	w->potential[hub] = 0;
+	for (uint32_t i = nodes[hub].child; i != NONE && i != hub; ) {
+		const uint32_t parent = nodes[i].parent;
+		const int64_t cost = nodes[i].arc != NONE ? w->edges[nodes[i].arc].cost : i < supplies ? 0 : cap;
+		nodes[i].depth = nodes[parent].depth + 1;
+		w->potential[i] = w->potential[parent] + (nodes[i].up ? -cost : cost);
+		if (nodes[i].child != NONE) {
+			i = nodes[i].child;
+			continue;
+		}
+		while (i != hub && nodes[i].next == NONE)
+			i = nodes[i].parent;
+		if (i != hub)
+			i = nodes[i].next;
+	}
+}
+
+/* Edges in the order of their cost's bucket. */
+static void sort_roughly(const edge *edges, size_t count, int64_t cap, uint32_t *order)
+{
+	size_t first[BUCKETS + 1] = {0};
+	const int64_t width = cap / BUCKETS + 1;
+	for (size_t k = 0; k < count; k++)
+		first[edges[k].cost / width + 1]++;
+	for (int b = 1; b <= BUCKETS; b++)
+		first[b] += first[b - 1];
+	for (size_t k = 0; k < count; k++)
+		order[first[edges[k].cost / width]++] = (uint32_t)k;
 }
 
 static int by_pair(const void *a, const void *b)
@@ -222,10 +262,10 @@ static double duals(const network *w, size_t n, const double *supply, double sup
 	double demand_total, size_t arcs, const rbf_arc *arc, double cap, double unit, int64_t *u, int64_t *v,
 	double *dual_u, double *dual_v)
 {
-	const int64_t cap_units = (int64_t)floor(cap / unit);
+	const int64_t cap_units = (int64_t)(cap / unit);
 	int64_t highest = INT64_MIN;
 	for (size_t i = 0; i < n; i++) {
-		u[i] = w->nodes[i].parent == NONE ? INT64_MIN : -w->nodes[i].potential;
+		u[i] = w->nodes[i].parent == NONE ? INT64_MIN : -w->potential[i];
 		if (u[i] > highest)
 			highest = u[i];
 	}
@@ -233,7 +273,7 @@ static double duals(const network *w, size_t n, const double *supply, double sup
 		v[j] = cap_units - highest;
 	for (size_t k = 0; k < arcs; k++)
 		if (arc[k].cost < cap && u[arc[k].source] != INT64_MIN) {
-			const int64_t most = (int64_t)floor(arc[k].cost / unit) - u[arc[k].source];
+			const int64_t most = (int64_t)(arc[k].cost / unit) - u[arc[k].source];
 			if (most < v[arc[k].target])
 				v[arc[k].target] = most;
 		}
@@ -245,7 +285,7 @@ static double duals(const network *w, size_t n, const double *supply, double sup
 		u[i] = cap_units - highest;
 	for (size_t k = 0; k < arcs; k++)
 		if (arc[k].cost < cap) {
-			const int64_t most = (int64_t)floor(arc[k].cost / unit) - v[arc[k].target];
+			const int64_t most = (int64_t)(arc[k].cost / unit) - v[arc[k].target];
 			if (most < u[arc[k].source])
 				u[arc[k].source] = most;
 		}
@@ -280,27 +320,31 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 	const double unit = cap > 0 ? cap / COST_UNITS : 1;
 	const uint32_t hub = (uint32_t)(n + m);
 	int result = -1;
-	network w = {.nodes = malloc((n + m + 1) * sizeof *w.nodes), .edges = malloc((n + m + arcs) * sizeof *w.edges)};
-	uint32_t *const origin = malloc((arcs + 1) * sizeof *origin);
+	network w = {.nodes = malloc((n + m + 1) * sizeof *w.nodes), .edges = malloc((n + m + arcs) * sizeof *w.edges),
+		.potential = malloc((n + m + 1) * sizeof *w.potential)};
+	uint32_t *const origin = malloc((arcs + 1) * sizeof *origin), *const order = malloc((arcs + 1) * sizeof *order);
 	int64_t *const dual = malloc((n + m) * sizeof *dual);
-	if (!w.nodes || !w.edges || !origin || !dual)
+	if (!w.nodes || !w.edges || !w.potential || !origin || !order || !dual)
 		goto done;
-	w.nodes[hub] = (node){.parent = NONE, .child = NONE, .next = NONE, .previous = NONE, .arc = NONE};
-	hang(w.nodes, hub, (uint32_t)n, m, demand, demand_total, 0, (int64_t)floor(cap / unit));
-	hang(w.nodes, hub, 0, n, supply, supply_total, 1, 0);
+	const int64_t cap_units = (int64_t)(cap / unit);
+	set_masses(w.nodes, n, supply, supply_total, 1);
+	set_masses(w.nodes + n, m, demand, demand_total, 0);
 
 	/* Costs are rounded down, so that the duals are feasible for the true ones. */
 	uint32_t pairs = 0;
 	for (size_t k = 0; k < arcs; k++) {
 		const uint32_t from = arc[k].source, to = (uint32_t)n + arc[k].target;
-		if (arc[k].cost < cap && w.nodes[from].parent != NONE && w.nodes[to].parent != NONE) {
-			w.edges[pairs] = (edge){from, to, (int64_t)floor(arc[k].cost / unit)};
+		if (arc[k].cost < cap && w.nodes[from].depth && w.nodes[to].depth) {
+			w.edges[pairs] = (edge){from, to, (int64_t)(arc[k].cost / unit)};
 			origin[pairs++] = (uint32_t)k;
 		}
 	}
 	w.edge_count = pairs;
-	for (uint32_t i = w.nodes[hub].child; i != NONE; i = w.nodes[i].next)
-		w.edges[w.edge_count++] = i < n ? (edge){i, hub, 0} : (edge){hub, i, w.nodes[i].potential};
+	for (uint32_t i = 0; i < hub; i++)
+		if (w.nodes[i].depth)
+			w.edges[w.edge_count++] = i < n ? (edge){i, hub, 0} : (edge){hub, i, cap_units};
+	sort_roughly(w.edges, pairs, cap_units, order);
+	plant(&w, hub, pairs, order, (uint32_t)n, cap_units);
 	for (size_t entering; (entering = price(&w)) != w.edge_count; )
 		pivot(&w, entering);
 
@@ -329,7 +373,9 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 done:
 	free(w.nodes);
 	free(w.edges);
+	free(w.potential);
 	free(origin);
+	free(order);
 	free(dual);
 	return result;
 }
