@@ -135,6 +135,18 @@ bsdfrbf_model *cmd_open(bsdfrbf_context *context, const char *path)
 	return model;
 }
 
+int cmd_cutoffs(const bsdfrbf_model *model, bsdfrbf_component component, int triangles, float *disagreement)
+{
+	int count = 0;
+	for (int t = 0; t < triangles; t++) {
+		const float one = bsdfrbf_get_disagreement(model, component, t);
+		count += one > BSDFRBF_CUTOFF;
+		if (disagreement)
+			disagreement[t] = one;
+	}
+	return count;
+}
+
 /* ----------------------------------------------------------------- options */
 
 const char *cmd_option(int argc, char **argv, int *at, const char *lead)

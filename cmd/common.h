@@ -46,6 +46,9 @@ bsdfrbf_context *cmd_context(void);
 /* Opens an .rbf file or exits with the library's message. */
 bsdfrbf_model *cmd_open(bsdfrbf_context *context, const char *path);
 
+/* How many triangles (or segments) hold a cut-off, and the disagreement of each, if wanted. */
+int cmd_cutoffs(const bsdfrbf_model *model, bsdfrbf_component component, int triangles, float *disagreement);
+
 /* Bar of `length` characters on stderr for as long as the context works; 0 for none. */
 void cmd_progress(bsdfrbf_context *context, int length);
 void cmd_progress_clear(void);

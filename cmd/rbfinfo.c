@@ -61,13 +61,9 @@ static void print_incidences(const bsdfrbf_model *model, bsdfrbf_component compo
 static void print_cutoffs(const bsdfrbf_model *model, bsdfrbf_component component, const bsdfrbf_component_info *info)
 {
 	float *disagreement = malloc(((size_t)info->triangles + 1) * sizeof *disagreement);
-	int count = 0;
 	if (!disagreement)
 		cmd_fail("out of memory");
-	for (int t = 0; t < info->triangles; t++) {
-		disagreement[t] = bsdfrbf_get_disagreement(model, component, t);
-		count += disagreement[t] > BSDFRBF_CUTOFF;
-	}
+	const int count = cmd_cutoffs(model, component, info->triangles, disagreement);
 	printf("    %s that hold a cut-off: %d\n", info->symmetry == 'I' ? "segments" : "triangles", count);
 	if (count)
 		printf("       theta      phi  disagreement\n");

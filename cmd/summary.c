@@ -107,14 +107,12 @@ void summary_warn(const bsdfrbf_model *model)
 {
 	for (int c = 0; c < 4; c++) {
 		bsdfrbf_component_info info;
-		int cutoffs = 0;
 		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
 			continue;
 		if (info.loo_error > .5)
 			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
 				"measured ones, or measure more of them", summary_name[c], 100 * info.loo_error);
-		for (int t = 0; t < info.triangles; t++)
-			cutoffs += bsdfrbf_get_disagreement(model, (bsdfrbf_component)c, t) > BSDFRBF_CUTOFF;
+		const int cutoffs = cmd_cutoffs(model, (bsdfrbf_component)c, info.triangles, NULL);
 		if (cutoffs)
 			cmd_say("warning - %s: a beam ends within %d of the %d %s between incidences; measure more of them there (rbfinfo -v)",
 				summary_name[c], cutoffs, info.triangles, info.symmetry == 'I' ? "segments" : "triangles");
