@@ -7,13 +7,20 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Minimax polynomial of 2^x on [-1/2, 1/2], degree 5, relative error 7.5e-8: coefficients of 1, x, .. */
+#define RBF_EXP2_0 1.00000007f
+#define RBF_EXP2_1 6.93146967e-1f
+#define RBF_EXP2_2 2.40221197e-1f
+#define RBF_EXP2_3 5.55071328e-2f
+#define RBF_EXP2_4 9.67554138e-3f
+#define RBF_EXP2_5 1.32764716e-3f
+
 /* exp(x), x <= 0, relative error below 3e-7; never below 2^-100, so that no product becomes denormal. */
 static inline float rbf_exp_negative(float x)
 {
 	const float t = rbf_max(x * 1.44269504f, -100.f), shifted = t + 12582912.f; /* 1.5 x 2^23: the nearest whole number is in the low bits */
 	const float r = t - (shifted - 12582912.f);
-	/* minimax polynomial of 2^r on [-1/2, 1/2], degree 5: 7.5e-8 */
-	const float p = ((((r * 1.32764716e-3f + 9.67554138e-3f) * r + 5.55071328e-2f) * r + 2.40221197e-1f) * r + 6.93146967e-1f) * r + 1.00000007f;
+	const float p = ((((r * RBF_EXP2_5 + RBF_EXP2_4) * r + RBF_EXP2_3) * r + RBF_EXP2_2) * r + RBF_EXP2_1) * r + RBF_EXP2_0;
 	uint32_t power, bits;
 	float result;
 	memcpy(&power, &shifted, sizeof power);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Body of the lobe sum, compiled once per instruction set with RBF_KERNEL_NAME defined. GCC's vector extension maps
  * onto whatever the target has. */
+#include "elementary.h"
 #include "kernel.h"
-#include <string.h>
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wpsabi" /* nothing here crosses a file boundary */
@@ -40,10 +40,9 @@ static inline vf exp2_negative(vf t)
 	const vf u = largest(t, all(-100));
 	const vf shifted = u + 12582912.f; /* 1.5 x 2^23: the nearest whole number is in the low bits, also of what is no number */
 	const vf x = u - (shifted - 12582912.f);
-	/* minimax polynomial of 2^x on [-1/2, 1/2], degree 5: 7.5e-8 */
 	/* in pairs, so that little waits for something else */
-	const vf x2 = x * x, low = x * 6.93146967e-1f + 1.00000007f, middle = x * 5.55071328e-2f + 2.40221197e-1f;
-	const vf p = ((x * 1.32764716e-3f + 9.67554138e-3f) * x2 + middle) * x2 + low;
+	const vf x2 = x * x, low = x * RBF_EXP2_1 + RBF_EXP2_0, middle = x * RBF_EXP2_3 + RBF_EXP2_2;
+	const vf p = ((x * RBF_EXP2_5 + RBF_EXP2_4) * x2 + middle) * x2 + low;
 	return (vf)((vu)p + ((vu)shifted << 23));
 }
 
