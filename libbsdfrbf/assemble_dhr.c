@@ -13,13 +13,9 @@ static const float SMOOTH = 3e-4f; /* of DHR: what half a lattice may miss at th
 /* Even, and the same for the whole mesh, so that what elements share has the same nodes on both sides. */
 static uint32_t steps_of(const rbf_mesh *mesh)
 {
-	double sum = 0;
-	for (uint32_t e = 0; e < mesh->elements; e++)
-		for (int k = 0; k < 3; k++)
-			sum += (double)rbf_angle(mesh->vertex[mesh->element[e].v[k]].direction, mesh->vertex[mesh->element[e].v[(k + 1) % 3]].direction);
 	if (mesh->symmetry == RBF_ISOTROPIC || !mesh->elements)
 		return STEPS_MOST; /* few */
-	const uint32_t steps = 4 * (uint32_t)ceil(.25 * sum / (3. * mesh->elements) / SPACING);
+	const uint32_t steps = 4 * (uint32_t)ceil(.25 * rbf_mesh_spacing(mesh) / SPACING);
 	return steps < STEPS_LEAST ? STEPS_LEAST : steps > STEPS_MOST ? STEPS_MOST : steps;
 }
 

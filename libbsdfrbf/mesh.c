@@ -469,3 +469,13 @@ void rbf_mesh_free(rbf_mesh *mesh)
 	free(mesh->cell_element);
 	memset(mesh, 0, sizeof *mesh);
 }
+
+double rbf_mesh_spacing(const rbf_mesh *mesh)
+{
+	const int sides = mesh->symmetry == RBF_ISOTROPIC ? 1 : 3; /* a segment's other corner is repeated */
+	double sum = 0;
+	for (uint32_t e = 0; e < mesh->elements; e++)
+		for (int k = 0; k < sides; k++)
+			sum += (double)rbf_angle(mesh->vertex[mesh->element[e].v[k]].direction, mesh->vertex[mesh->element[e].v[(k + 1) % 3]].direction);
+	return mesh->elements ? sum / ((double)sides * mesh->elements) : 0;
+}

@@ -93,6 +93,9 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 	long exclude, rbf_mesh *mesh);
 void rbf_mesh_free(rbf_mesh *mesh);
 
+/* Mean length (radians) of the elements' sides, each as often as elements have it; 0 without elements. */
+double rbf_mesh_spacing(const rbf_mesh *mesh);
+
 /* Corners and barycentric weights for incident direction d (unit, z >= 0, folded into the fundamental domain,
  * or y = 0, x >= 0 if isotropic). Returns the element index, or RBF_MESH_BORDER | border index when outside (then weights
  * are those of the nearest point, by angle, of the boundary: continuous with the inside). corner[3], weight[3];

@@ -34,15 +34,6 @@ static float (*outward(const rbf_mesh *mesh))[3]
 	return out;
 }
 
-/* Length of the mesh's edges, mean over the elements. */
-static double spacing(const rbf_mesh *mesh)
-{
-	double sum = 0;
-	for (uint32_t e = 0; e < mesh->elements; e++)
-		sum += (double)rbf_angle(mesh->vertex[mesh->element[e].v[0]].direction, mesh->vertex[mesh->element[e].v[1]].direction);
-	return mesh->elements ? sum / mesh->elements : 0;
-}
-
 /* Change of ln DHR per radian outwards at a vertex; *room: ln of how much it may still grow there. out is normalised. */
 static double slope_at(const bsdfrbf_model *model, int component, const float vertex[3], float out[3], double step, double *room)
 {
@@ -66,7 +57,7 @@ static float *trend_of(const bsdfrbf_model *model, int component)
 	const rbf_component *c = &model->component[component];
 	const rbf_mesh *mesh = &c->mesh;
 	const uint32_t lines = 4 * c->dhr_steps;
-	const double step = spacing(mesh);
+	const double step = rbf_mesh_spacing(mesh);
 	float (*out)[3] = outward(mesh);
 	double (*rate)[2] = calloc((size_t)mesh->vertices + 1, sizeof *rate); /* slope, room */
 	float *trend = malloc(((size_t)mesh->borders * lines + 1) * sizeof *trend);
