@@ -13,8 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16 };
-static const float PEAK_MIN = .01f, PEAK_PART = .05f; /* of the highest peak; of a peak's own height */
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16, PEAK_AROUND = 48 };
+static const float PEAK_PART = .05f; /* of a peak's own height */
 static const double PEAK_SEEN = 2;      /* a sample lies within so many sigmas of a peak's top */
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
@@ -168,68 +168,90 @@ static int solve4(double m[4][5])
 	return 1;
 }
 
-/* A narrow peak holds few samples, and none sits on its top. At each local maximum a Gaussian is found by regression,
- * log y = a + b.t - kappa/2 t^2 over the nearest samples, t in the tangent plane, and joins as a candidate. */
+/* A Gaussian by regression, log(y - base) = a + b.t - kappa/2 t^2 over the nearest samples of sample i, t in the tangent plane,
+ * joins as a candidate if the samples tell it. */
+static void add_peak(work *k, size_t i, int nearest, float base)
+{
+	uint32_t index[PEAK_AROUND];
+	float distance[PEAK_AROUND];
+	const int count = rbf_tree_nearest(&k->tree, k->w[i], nearest, index, distance);
+	const float *w = k->w[i];
+	float t[3], u[3];
+	rbf_basis(w, t, u);
+	const double unit = sqrt((double)distance[count - 1]);
+	double m[4][5] = {{0}};
+	float peak = 0;
+	int used = 0;
+	if (count < nearest || !(unit > 0))
+		return;
+	for (int j = 0; j < count; j++)
+		peak = fmaxf(peak, k->level[index[j]] - base);
+	for (int j = 0; j < count; j++) {
+		const float *p = k->w[index[j]], level = k->level[index[j]] - base;
+		const double x = (double)rbf_dot(p, t) / unit, y = (double)rbf_dot(p, u) / unit;
+		const double row[5] = {1, x, y, x*x + y*y, (double)logf(fmaxf(level, 1e-30f))};
+		if (level < PEAK_PART * peak)
+			continue;
+		used++;
+		for (int r = 0; r < 4; r++)
+			for (int q = 0; q < 5; q++)
+				m[r][q] += row[r] * row[q];
+	}
+	if (used < 6 || !solve4(m))
+		return;
+	const double curvature = -2 * m[3][4] / m[3][3], kappa = curvature / (unit * unit);
+	const double x = m[1][4] / m[1][1] / curvature * unit, y = m[2][4] / m[2][2] / curvature * unit;
+	if (!(kappa > 1 / (SIGMA_MAX * SIGMA_MAX)) || !(kappa < 1 / (SIGMA_MIN * SIGMA_MIN)) || !(hypot(x, y) < unit))
+		return;
+	float *c = k->centre[k->lobes];
+	for (int q = 0; q < 3; q++)
+		c[q] = w[q] + (float)x * t[q] + (float)y * u[q];
+	rbf_normalize(c);
+	/* samples that all lie on a circle tell neither; an amplitude that no sample sees would be anything */
+	rbf_tree_nearest(&k->tree, c, 1, index, distance);
+	if (kappa * (double)distance[0] > PEAK_SEEN * PEAK_SEEN)
+		return;
+	k->kappa[k->lobes++] = (float)kappa;
+}
+
+/* A narrow peak holds few samples, and none sits on its top: local maxima add candidates, the most prominent ones if there are
+ * many. What counts is how far one stands out of its surroundings, not how high it is: errors are relative. A peak that is seen
+ * down to its foot is also tried without what lies under it. */
 static void peaks(work *k)
 {
-	static const int nearest[] = {12, 24, 48};
+	static const int nearest[] = {PEAK_AROUND / 4, PEAK_AROUND / 2, PEAK_AROUND};
+	struct { size_t sample; float prominence, base; } most[PEAKS + 1];
 	float top = 0;
-	int found_peaks = 0;
+	int found = 0;
 	for (size_t i = 0; i < k->n; i++)
 		top = fmaxf(top, k->smooth[i]);
-	for (size_t i = 0; i < k->n && found_peaks < PEAKS && top > 0; i++) {
-		uint32_t index[64];
-		float distance[64];
-		if (k->smooth[i] < PEAK_MIN * top)
+	for (size_t i = 0; i < k->n && top > 0; i++) {
+		uint32_t index[PEAK_AROUND];
+		float distance[PEAK_AROUND], around = 0, base = k->smooth[i];
+		if (k->smooth[i] < (float)WEIGHT_FLOOR * top)
 			continue;
-		const int around = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH, index, distance);
+		const int near = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH, index, distance);
 		int highest = 1;
-		for (int j = 0; j < around && highest; j++)
+		for (int j = 0; j < near && highest; j++)
 			highest = k->smooth[index[j]] < k->smooth[i] || (k->smooth[index[j]] == k->smooth[i] && index[j] >= i);
 		if (!highest)
 			continue;
-		found_peaks++;
-		for (size_t n = 0; n < sizeof nearest / sizeof *nearest; n++) {
-			const int count = rbf_tree_nearest(&k->tree, k->w[i], nearest[n], index, distance);
-			const float *w = k->w[i];
-			float t[3], u[3];
-			rbf_basis(w, t, u);
-			const double unit = sqrt((double)distance[count - 1]);
-			double m[4][5] = {{0}};
-			float peak = 0;
-			int used = 0;
-			if (count < nearest[n] || !(unit > 0))
-				continue;
-			for (int j = 0; j < count; j++)
-				peak = fmaxf(peak, k->level[index[j]]);
-			for (int j = 0; j < count; j++) {
-				const float *p = k->w[index[j]];
-				const double x = (double)rbf_dot(p, t) / unit, y = (double)rbf_dot(p, u) / unit;
-				const double row[5] = {1, x, y, x*x + y*y, (double)logf(fmaxf(k->level[index[j]], 1e-30f))};
-				if (k->level[index[j]] < PEAK_PART * peak)
-					continue;
-				used++;
-				for (int r = 0; r < 4; r++)
-					for (int q = 0; q < 5; q++)
-						m[r][q] += row[r] * row[q];
-			}
-			if (used < 6 || !solve4(m))
-				continue;
-			const double curvature = -2 * m[3][4] / m[3][3], kappa = curvature / (unit * unit);
-			const double x = m[1][4] / m[1][1] / curvature * unit, y = m[2][4] / m[2][2] / curvature * unit;
-			if (!(kappa > 1 / (SIGMA_MAX * SIGMA_MAX)) || !(kappa < 1 / (SIGMA_MIN * SIGMA_MIN)) || !(hypot(x, y) < unit))
-				continue;
-			float *c = k->centre[k->lobes];
-			for (int q = 0; q < 3; q++)
-				c[q] = w[q] + (float)x * t[q] + (float)y * u[q];
-			rbf_normalize(c);
-			/* samples that all lie on a circle tell neither; an amplitude that no sample sees would be anything */
-			rbf_tree_nearest(&k->tree, c, 1, index, distance);
-			if (kappa * (double)distance[0] > PEAK_SEEN * PEAK_SEEN)
-				continue;
-			k->kappa[k->lobes++] = (float)kappa;
+		const int count = rbf_tree_nearest(&k->tree, k->w[i], PEAK_AROUND, index, distance);
+		for (int j = 0; j < count; j++) {
+			around += k->smooth[index[j]] / k->smooth[i] / (float)count;
+			base = fminf(base, k->smooth[index[j]]);
 		}
+		int place = found < PEAKS ? found++ : PEAKS;
+		for (; place > 0 && 1 - around > most[place - 1].prominence; place--)
+			most[place] = most[place - 1];
+		most[place].sample = i;
+		most[place].prominence = 1 - around;
+		most[place].base = base < .5f * k->smooth[i] ? base : 0;
 	}
+	for (int p = 0; p < found; p++)
+		for (size_t n = 0; n < sizeof nearest / sizeof *nearest; n++)
+			for (int foot = 0; foot <= (most[p].base > 0); foot++)
+				add_peak(k, most[p].sample, nearest[n], foot ? most[p].base : 0);
 }
 
 /* Farthest-point order in the density-adapted metric. */
@@ -251,8 +273,8 @@ static int place(work *k, uint32_t lobes)
 		lobes = (uint32_t)k->n;
 	if (!(top > 0))
 		lobes = 0; /* nothing but the Lambertian part */
-	k->centre = malloc((2 * (size_t)lobes + 3 * PEAKS + 1) * sizeof *k->centre);
-	k->kappa = malloc((2 * (size_t)lobes + 3 * PEAKS + 1) * sizeof *k->kappa);
+	k->centre = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->centre);
+	k->kappa = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->kappa);
 	if (!k->centre || !k->kappa)
 		return -1;
 	for (k->lobes = 0; k->lobes < lobes; k->lobes++) {
