@@ -4,6 +4,7 @@
 #include "assemble.h"
 #include "learn.h"
 #include "sample.h"
+#include "simplex.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +15,8 @@ static const float SCREEN_LOSS = 1.06f;
 static const float ENOUGH = 1.25f; /* times the error of the fits: no better frame is looked for */
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
+enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
+static const double REFINE_STEP = .05, REFINE_END = .02;
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
 
 /* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
@@ -303,6 +306,48 @@ static unsigned best_prediction(const rbf_fitted *m)
 	return m->bases < 2 ? RBF_MAP_MIRROR : best;
 }
 
+/* Search for the coefficients of a learned frame that lower the leave-one-out error itself. */
+typedef struct refinement {
+	const bench *bench;
+	rbf_lesson *lesson;
+	rbf_choice *best;       /* so far */
+	rbf_linear linear, of_best;
+	uint32_t candidate;
+	uint32_t frames, frame[RBF_MAX_FRAMES];
+	int failed;
+} refinement;
+
+static double error_with(void *data, const double x[])
+{
+	refinement *r = data;
+	rbf_fitted *m = r->bench->fitted;
+	rbf_choice next = {.frames = r->frames, .faint = r->best->faint};
+	memcpy(next.frame, r->frame, sizeof next.frame);
+	rbf_learn_set(r->lesson, m->candidate[r->candidate].map, x, &r->linear);
+	r->failed = r->failed || rbf_label_change(m, r->candidate, &r->linear) || measure(r->bench, &next, r->best);
+	const double error = r->failed ? INFINITY : (double)next.error;
+	if (!r->failed && next.error < r->best->error) {
+		replace(r->best, &next);
+		r->of_best = r->linear;
+	} else
+		rbf_choice_free(&next);
+	return error;
+}
+
+/* choice: the last candidate is one of its frames, and changes with it. */
+static int refine(const bench *b, rbf_lesson *lesson, rbf_choice *choice)
+{
+	rbf_fitted *m = b->fitted;
+	refinement r = {.bench = b, .lesson = lesson, .best = choice, .candidate = m->candidates - 1, .frames = choice->frames};
+	rbf_candidate *c = &m->candidate[r.candidate];
+	double x[RBF_SIMPLEX_MAX];
+	memcpy(r.frame, choice->frame, sizeof r.frame);
+	r.linear = r.of_best = c->linear;
+	const uint32_t d = rbf_learn_get(lesson, c->map, &r.linear, x);
+	rbf_simplex(error_with, &r, d, x, REFINE_STEP, REFINE_ROUNDS * d, REFINE_END);
+	return r.failed || rbf_label_change(m, r.candidate, &r.of_best);
+}
+
 /* Learns a frame besides `others`. If the energy that is then predicted exceeds `known`, the frames are measured with it, and join in
  * `best` if they are clearly better. *found: the frame's beam, for a further start. */
 static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best, unsigned map, const rbf_choice *others,
@@ -321,6 +366,13 @@ static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best,
 	next.frame[others->frames] = m->candidates - 1;
 	if (contest(b, &round, next, NULL))
 		return -1;
+	int joins = round.error < best->error, holds = 0;
+	for (uint32_t f = 0; f < round.frames; f++)
+		holds |= round.frame[f] == m->candidates - 1;
+	if (joins && holds && refine(b, lesson, &round)) {
+		rbf_choice_free(&round);
+		return -1;
+	}
 	if (round.error < LEARNED_GAIN * best->error)
 		replace(best, &round);
 	else
@@ -429,23 +481,27 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit
 	}
 	if (rbf_progress(context, "frames", from + step * (RBF_MAPS_LISTED + 1)))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	const rbf_choice listed = best; /* its labels and errors are not used below */
+	int learned = 0;
 	if (!failed && best.error > ENOUGH * fit_error) {
 		failed = learn(b, &best);
+		learned = best.error < listed.error;
+		failed = failed || (learned && add_frames(b, &best));
 		*choice = best;
 	}
 	if (rbf_progress(context, "learned frames", from + step * (RBF_MAPS_LISTED + 2)))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	const float caps[3] = {.6f, 1.f, 2.f};
-	const rbf_choice frames = best; /* its label and error arrays are not used below */
-	for (int n = 0; n < 3 && !failed; n++) {
-		rbf_choice next = {.frames = 1, .frame = {RBF_MAP_FIXED}, .cap = caps[n], .faint = frames.faint};
-		if (n < 2) {
-			next.frames = frames.frames;
-			memcpy(next.frame, frames.frame, sizeof next.frame);
-		}
-		failed = contest(b, &best, next, &best);
+	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
+	const float caps[2] = {.6f, 1.f};
+	const rbf_choice still[3] = {best, listed, {.frames = 1, .frame = {RBF_MAP_FIXED}, .faint = best.faint}};
+	for (int n = 0; n < 5 && !failed; n++) {
+		const rbf_choice *frames = &still[n / 2];
+		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .faint = frames->faint};
+		memcpy(next.frame, frames->frame, sizeof next.frame);
+		if (n / 2 != 1 || learned)
+			failed = contest(b, &best, next, &best);
 		*choice = best;
-		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS_LISTED + n)))
+		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS_LISTED + 2 + n * .2)))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
 	*choice = best;

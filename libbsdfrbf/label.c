@@ -109,43 +109,51 @@ static int share_prediction(const rbf_fitted *m, float *prediction)
 	return failed ? -1 : 0;
 }
 
-int rbf_label_add(rbf_fitted *m, unsigned map, const rbf_linear *linear)
+static int predict(const rbf_fitted *m, rbf_candidate *to)
 {
-	rbf_candidate *added = &m->candidate[m->candidates];
-	memset(added, 0, sizeof *added);
-	added->map = map;
-	if (linear)
-		added->linear = *linear;
-	added->prediction = calloc((size_t)m->lobe_first[m->bases] + 1, sizeof(float));
-	if (!added->prediction)
-		return -1;
-	m->candidates++;
 	const uint32_t y = rbf_luminance(m->channels);
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
 		if (!rbf_team_mine(m->team, (uint64_t)b))
 			continue;
 		const rbf_lobes *l = &m->lobes[b];
-		const uint32_t from = m->neighbour_first[b], to = m->neighbour_first[b + 1];
+		const uint32_t from = m->neighbour_first[b], end = m->neighbour_first[b + 1];
 		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
 		for (uint32_t i = 0; i < l->count; i++) {
 			float c[3], own[3], sum = 0;
 			rbf_lobe_centre(l, i, c);
 			rbf_lobes_sum(l, c, own);
 			const float self = own[y] + 1e-9f;
-			for (uint32_t n = from; n < to; n++) {
+			for (uint32_t n = from; n < end; n++) {
 				const rbf_vertex *v = &m->mesh.vertex[m->neighbour[n]];
 				rbf_warp warp;
 				float mapped[3];
-				rbf_warp_set(&warp, map, &added->linear, k, v->direction);
+				rbf_warp_set(&warp, to->map, &to->linear, k, v->direction);
 				const float gain = rbf_warp_forward(&warp, c, mapped);
 				const float value = rbf_label_judge(&m->lobes[v->base], v->op, mapped, gain);
 				sum += logf(fminf(value, self) + 1e-3f * self);
 			}
-			added->prediction[m->lobe_first[b] + i] = to > from ? sum / (float)(to - from) : logf(self);
+			to->prediction[m->lobe_first[b] + i] = end > from ? sum / (float)(end - from) : logf(self);
 		}
 	}
-	return share_prediction(m, added->prediction);
+	return share_prediction(m, to->prediction);
+}
+
+int rbf_label_add(rbf_fitted *m, unsigned map, const rbf_linear *linear)
+{
+	rbf_candidate *added = &m->candidate[m->candidates];
+	*added = (rbf_candidate){.map = map, .linear = linear ? *linear : (rbf_linear){{{0}}}};
+	added->prediction = calloc((size_t)m->lobe_first[m->bases] + 1, sizeof(float));
+	if (!added->prediction)
+		return -1;
+	m->candidates++;
+	return predict(m, added);
+}
+
+int rbf_label_change(rbf_fitted *m, uint32_t candidate, const rbf_linear *linear)
+{
+	m->candidate[candidate].linear = *linear;
+	return predict(m, &m->candidate[candidate]);
 }
 
 void rbf_label_release(rbf_fitted *m)

@@ -36,6 +36,9 @@ void rbf_label_release(rbf_fitted *fitted);
 /* Adds a learned map to the candidates, of which it becomes the last; there must be room. Opens OpenMP regions. Returns as above. */
 int rbf_label_add(rbf_fitted *fitted, unsigned map, const rbf_linear *linear);
 
+/* Another beam for a learned map that was added. Opens OpenMP regions. Returns as above. */
+int rbf_label_change(rbf_fitted *fitted, uint32_t candidate, const rbf_linear *linear);
+
 /* What remains of a direction's claim by a map: DSF of another incidence's lobes at a mapped direction, times its gain. Directions
  * that sank below are judged just above the horizon, and count less. */
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain);

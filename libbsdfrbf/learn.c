@@ -4,14 +4,15 @@
  * incidences predict each other best, judged at probes: lobe centres of every incidence, drawn by energy. A pair of probe and
  * neighbour scores the ratio of the smaller value to the larger, or what the frames that are there already score, if that is
  * more: a new frame is learned from what they leave. Narrow beams meet only where the coefficients are nearly right, so that
- * the search begins with lobes widened by a blur, and goes on with ever less of it (Nelder and Mead, Computer Journal 7, 1965).
+ * the search begins with lobes widened by a blur, and goes on with ever less of it.
  */
 #include "learn.h"
+#include "simplex.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { PROBES = 480, PROBES_BASE = 24, LEVELS = 3, COEFFICIENTS = 8, STARTS = 3, STEPS = 15 };
+enum { PROBES = 480, PROBES_BASE = 24, LEVELS = 3, STARTS = 3, STEPS = 15 };
 static const float BLUR[LEVELS] = {.25f, .08f, 0}; /* radians */
 static const double FIRST_STEP[LEVELS] = {.3, .12, .04}, TOLERANCE[LEVELS] = {1e-3, 3e-4, 1e-4};
 static const double WORTH_THREADS = 1e5; /* lobes to add up, a tenth of a millisecond: less is done before threads have met */
@@ -35,7 +36,6 @@ struct rbf_lesson {
 	uint64_t *part[LEVELS];    /* for a team: where the pairs of a probe in use start, bytes */
 	int failed;                /* the team's */
 	double work;               /* lobes that a judgement of all pairs adds up */
-	uint32_t free, place[COEFFICIENTS]; /* coefficients that symmetry leaves free */
 };
 
 static int widen(const rbf_lobes *from, float blur, rbf_lobes *to)
@@ -54,10 +54,10 @@ static int widen(const rbf_lobes *from, float blur, rbf_lobes *to)
 	return 0;
 }
 
-/* What a mirror symmetry turns into its opposite is 0. */
-static void leave_free(rbf_lesson *s, unsigned map)
+/* Places of the coefficients that are free; what a mirror symmetry turns into its opposite is 0. */
+static uint32_t places(const rbf_lesson *s, unsigned map, uint32_t place[])
 {
-	static const struct { rbf_symmetry symmetry; uint8_t free[COEFFICIENTS]; } row[] = {
+	static const struct { rbf_symmetry symmetry; uint8_t free[RBF_SIMPLEX_MAX]; } row[] = {
 		{RBF_ISOTROPIC, {1}},
 		{RBF_QUADRILATERAL, {1, 0, 0, 0, 0, 1}},
 		{RBF_BILATERAL_Y, {1, 0, 1, 1, 0, 1}},
@@ -65,11 +65,29 @@ static void leave_free(rbf_lesson *s, unsigned map)
 		{RBF_UP, {1, 1, 0, 0, 1, 1}},
 		{RBF_ANISOTROPIC, {1, 1, 1, 1, 1, 1, 1, 1}},
 	};
-	s->free = 0;
+	uint32_t count = 0;
 	for (size_t r = 0; r < sizeof row / sizeof *row; r++)
-		for (uint32_t n = 0; n < COEFFICIENTS && row[r].symmetry == s->fitted->symmetry; n++)
+		for (uint32_t n = 0; n < RBF_SIMPLEX_MAX && row[r].symmetry == s->fitted->symmetry; n++)
 			if (row[r].free[n] && (n % 4 != 3 || map == RBF_MAP_LEARNED_TURN)) /* a shift has no use for the constant */
-				s->place[s->free++] = n;
+				place[count++] = n;
+	return count;
+}
+
+uint32_t rbf_learn_get(const rbf_lesson *s, unsigned map, const rbf_linear *linear, double x[])
+{
+	uint32_t place[RBF_SIMPLEX_MAX];
+	const uint32_t count = places(s, map, place);
+	for (uint32_t n = 0; n < count; n++)
+		x[n] = (double)linear->row[place[n] / 4][place[n] % 4];
+	return count;
+}
+
+void rbf_learn_set(const rbf_lesson *s, unsigned map, const double x[], rbf_linear *linear)
+{
+	uint32_t place[RBF_SIMPLEX_MAX];
+	const uint32_t count = places(s, map, place);
+	for (uint32_t n = 0; n < count; n++)
+		linear->row[place[n] / 4][place[n] % 4] = (float)x[n];
 }
 
 /* Probes in use. */
@@ -211,70 +229,30 @@ static double quality(rbf_lesson *s, int level, unsigned map, const rbf_linear *
 	return sum_up(s, level, s->score);
 }
 
-static double quality_at(rbf_lesson *s, int level, unsigned map, const rbf_linear *start, const double x[], rbf_linear *linear)
+/* A place in the simplex search. */
+typedef struct ascent {
+	rbf_lesson *lesson;
+	int level;
+	unsigned map;
+	rbf_linear linear;
+} ascent;
+
+static double descent(void *data, const double x[])
 {
-	*linear = *start;
-	for (uint32_t n = 0; n < s->free; n++)
-		linear->row[s->place[n] / 4][s->place[n] % 4] = (float)x[n];
-	return quality(s, level, map, linear);
+	ascent *a = data;
+	rbf_learn_set(a->lesson, a->map, x, &a->linear);
+	return -quality(a->lesson, a->level, a->map, &a->linear);
 }
 
-/* Nelder and Mead's simplex, uphill. linear: start and result. */
+/* linear: start and result. */
 static double climb(rbf_lesson *s, int level, unsigned map, rbf_linear *linear)
 {
-	const uint32_t d = s->free;
-	const rbf_linear start = *linear;
-	double x[COEFFICIENTS + 1][COEFFICIENTS], q[COEFFICIENTS + 1];
-	uint32_t best = 0;
-	for (uint32_t i = 0; i <= d; i++) {
-		for (uint32_t n = 0; n < d; n++)
-			x[i][n] = (double)start.row[s->place[n] / 4][s->place[n] % 4] + (n + 1 == i ? FIRST_STEP[level] : 0);
-		q[i] = quality_at(s, level, map, &start, x[i], linear);
-	}
-	for (uint32_t step = 0; step < STEPS * d; step++) {
-		uint32_t worst = best = 0;
-		for (uint32_t i = 1; i <= d; i++) {
-			best = q[i] > q[best] ? i : best;
-			worst = q[i] <= q[worst] ? i : worst;
-		}
-		double second = q[best], middle[COEFFICIENTS] = {0}, reflected[COEFFICIENTS], other[COEFFICIENTS];
-		if (q[best] - q[worst] < TOLERANCE[level] * q[best])
-			break;
-		for (uint32_t i = 0; i <= d; i++)
-			if (i != worst) {
-				second = fmin(second, q[i]);
-				for (uint32_t n = 0; n < d; n++)
-					middle[n] += x[i][n] / d;
-			}
-		for (uint32_t n = 0; n < d; n++)
-			reflected[n] = 2 * middle[n] - x[worst][n];
-		const double first = quality_at(s, level, map, &start, reflected, linear);
-		const double by = first > q[best] ? 2 : first > q[worst] ? .5 : -.5; /* expand, contract outside or inside */
-		int taken = first > second;
-		if (taken)
-			memcpy(x[worst], reflected, sizeof reflected);
-		if (first > q[best] || !taken) {
-			for (uint32_t n = 0; n < d; n++)
-				other[n] = middle[n] + by * (reflected[n] - middle[n]);
-			const double next = quality_at(s, level, map, &start, other, linear);
-			if (next > fmax(first, q[worst])) {
-				memcpy(x[worst], other, sizeof other);
-				q[worst] = next;
-				continue;
-			}
-		}
-		if (taken) {
-			q[worst] = first;
-			continue;
-		}
-		for (uint32_t i = 0; i <= d; i++)
-			if (i != best) {
-				for (uint32_t n = 0; n < d; n++)
-					x[i][n] = .5 * (x[i][n] + x[best][n]);
-				q[i] = quality_at(s, level, map, &start, x[i], linear);
-			}
-	}
-	return quality_at(s, level, map, &start, x[best], linear);
+	ascent a = {s, level, map, *linear};
+	double x[RBF_SIMPLEX_MAX];
+	const uint32_t d = rbf_learn_get(s, map, linear, x);
+	const double value = rbf_simplex(descent, &a, d, x, FIRST_STEP[level], STEPS * d, TOLERANCE[level]);
+	rbf_learn_set(s, map, x, linear);
+	return -value;
 }
 
 /* Coefficients all over the plane: what is multiplied by a along an axis and by b across it. Returns how many good ones it kept. */
@@ -336,9 +314,11 @@ static void centre_beam(rbf_lesson *s, int level, unsigned map, rbf_linear *line
 				sum[a] += w * (double)(c[a] - e[a]);
 		}
 	}
-	for (uint32_t n = 0; n < s->free && weight > 0; n++)
-		if (s->place[n] % 4 == 3)
-			linear->row[s->place[n] / 4][3] = (float)(sum[s->place[n] / 4] / weight);
+	uint32_t place[RBF_SIMPLEX_MAX];
+	const uint32_t count = places(s, map, place);
+	for (uint32_t n = 0; n < count && weight > 0; n++)
+		if (place[n] % 4 == 3)
+			linear->row[place[n] / 4][3] = (float)(sum[place[n] / 4] / weight);
 }
 
 double rbf_learn_after(rbf_lesson *s, uint32_t frames, const uint32_t frame[])
@@ -360,7 +340,6 @@ double rbf_learn(rbf_lesson *s, unsigned map, const rbf_linear *start, rbf_linea
 {
 	rbf_linear tried[STARTS];
 	int count = 1;
-	leave_free(s, map);
 	memset(found, 0, sizeof *found);
 	if (!start)
 		count = search(s, map, tried);

@@ -18,6 +18,12 @@ double rbf_learn_after(rbf_lesson *lesson, uint32_t frames, const uint32_t frame
  * refined, else searched for. map: a learned one. Returns the share that is then predicted. */
 double rbf_learn(rbf_lesson *lesson, unsigned map, const rbf_linear *start, rbf_linear *found);
 
+/* The coefficients that symmetry leaves free, RBF_SIMPLEX_MAX at most, into x[]; returns how many. */
+uint32_t rbf_learn_get(const rbf_lesson *lesson, unsigned map, const rbf_linear *linear, double x[]);
+
+/* Puts them back: the others stay. */
+void rbf_learn_set(const rbf_lesson *lesson, unsigned map, const double x[], rbf_linear *linear);
+
 /* Non-zero once a process of the team gave up, or memory ran out, in the two above. */
 int rbf_learn_failed(const rbf_lesson *lesson);
 #endif

@@ -11,6 +11,7 @@
 #include "model_fixture.h"
 #include "neighbours.h"
 #include "nonnegative.h"
+#include "simplex.h"
 
 /* Karush, Kuhn, Tucker: x >= 0, gradient >= 0, and one of them 0; then the strictly convex problem is solved. */
 static void optimality(void **state)
@@ -85,6 +86,35 @@ static void nearest_neighbours(void **state)
 			assert_true(distance[k] >= distance[k - 1]);
 	}
 	rbf_tree_free(&tree);
+}
+
+/* A long bent valley (Rosenbrock 1960), and one whose floor is out of bounds on one side. */
+static double valley(void *data, const double x[])
+{
+	++*(int *)data;
+	return 100 * (x[1] - x[0]*x[0]) * (x[1] - x[0]*x[0]) + (1 - x[0]) * (1 - x[0]);
+}
+
+static double walled(void *data, const double x[])
+{
+	++*(int *)data;
+	return x[2] < 0 ? INFINITY : 1 + x[0]*x[0] + 2 * (x[1] - .3) * (x[1] - .3) + 3 * x[2];
+}
+
+static void simplex(void **state)
+{
+	(void)state;
+	double x[2] = {-1.2, 1}, y[3] = {1, 1, 1};
+	int calls = 0;
+	const double least = rbf_simplex(valley, &calls, 2, x, .5, 200, 0);
+	if (!(least < 1e-8) || fabs(x[0] - 1) > 1e-3 || fabs(x[1] - 1) > 1e-3 || calls > 450)
+		fail_msg("valley: %g at %g %g after %d calls", least, x[0], x[1], calls);
+	const double floor = rbf_simplex(walled, &calls, 3, y, .5, 300, 1e-7);
+	if (!(floor < 1.0001) || y[2] < 0)
+		fail_msg("walled: %g at %g %g %g", floor, y[0], y[1], y[2]);
+	calls = 0;
+	rbf_simplex(walled, &calls, 3, y, .1, 0, 0);
+	assert_int_equal(calls, 4); /* no round: the corners alone */
 }
 
 typedef double truth(const double o[3]);
@@ -217,6 +247,24 @@ static void narrow_peak(void **state)
 	rbf_lobes_free(&l);
 }
 
+static double low_beside_high(const double o[3]) { return .06 * o[2] + 40 * beam(o, .7, 0, 400) + .12 * beam(o, -.7, 0, 400); }
+
+/* What stands out of its surroundings is found, be the highest peak hundreds of times as high. */
+static void low_peak(void **state)
+{
+	(void)state;
+	const double axis[3] = {-.7, 0, sqrt(1 - .49)};
+	const float at[3] = {-.7f, 0, (float)axis[2]};
+	rbf_lobes l;
+	float error, v[3];
+	measure(low_beside_high, 3000, .02);
+	assert_int_equal(rbf_fit(&incidence, 1, nothing, 100, 0, &l, &error), 0);
+	rbf_lobes_sum(&l, at, v);
+	print_message("low peak: %.4f of %.4f\n", (double)v[0], low_beside_high(axis));
+	assert_float_equal(v[0], low_beside_high(axis), .05 * low_beside_high(axis));
+	rbf_lobes_free(&l);
+}
+
 static double elliptic(const double o[3]) { return exp(-.5 * (o[0]*o[0] / .1225 + o[1]*o[1] / .0144) / o[2]); }
 
 /* Samples on circles about the peak, none within: the nearest of a sample lie on its circle alone. */
@@ -293,11 +341,11 @@ static void unusual_samples(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(optimality),
+		cmocka_unit_test(optimality), cmocka_unit_test(simplex),
 		cmocka_unit_test(nearest_neighbours),
 		cmocka_unit_test(lobes_are_recovered),
 		cmocka_unit_test(diffuse_part),
-		cmocka_unit_test(narrow_peak),
+		cmocka_unit_test(narrow_peak), cmocka_unit_test(low_peak),
 		cmocka_unit_test(circles),
 		cmocka_unit_test(unusual_samples),
 	};
