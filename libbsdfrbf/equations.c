@@ -9,7 +9,7 @@
 
 #include <stdlib.h>
 
-enum { GROUP = 32, ROWS = 4, LANES = 8, COLUMNS = 2 * LANES };
+enum { GROUP = 32, ROWS = 4, LANES = 8, COLUMNS = 2 * LANES, TILE = 16 };
 static const float CUT = 5; /* sigmas beyond which a lobe is left out: exp(-12.5) */
 
 /* One group. Arrays over its lobes are padded to COLUMNS, with lobes that are 0 everywhere. */
@@ -18,7 +18,8 @@ typedef struct group {
 	uint32_t *list;
 	float *x, *y, *z, *half; /* [padded] */
 	float *value;            /* [GROUP][padded]: times the root of the sample's weight */
-	float root[GROUP], w[GROUP][3];
+	float *sum;              /* [padded] */
+	float root[GROUP], w[GROUP][3], v[GROUP]; /* v: the value times the root */
 } group;
 
 /* Lobes whose reach meets the group's sphere. */
@@ -86,18 +87,31 @@ RBF_CLONES static void multiply(const group *g, size_t row, size_t from, float *
 	}
 }
 
+/* Sums over the samples of lobe times value. */
+RBF_CLONES static void project(const group *g)
+{
+	float *restrict sum = g->sum;
+	memset(sum, 0, g->padded * sizeof *sum);
+	for (size_t s = 0; s < GROUP; s++) {
+		const float *restrict row = g->value + s * g->padded, v = g->v[s];
+		for (size_t p = 0; p < g->padded; p++)
+			sum[p] += row[p] * v;
+	}
+}
+
 static void add_group(rbf_equations *e, size_t first, group *g, float *product)
 {
 	const size_t m = e->lobes;
-	for (int c = 0; c < e->channels; c++)
-		for (size_t s = 0; s < g->size; s++) {
-			const float v = g->root[s] * e->value[c][first + s];
-			const float *row = g->value + s * g->padded;
-			double *right = e->right + (size_t)c * m;
-			e->squares[c] += (double)(v * v);
-			for (size_t p = 0; p < g->near && g->root[s] > 0; p++)
-				right[g->list[p]] += (double)(row[p] * v);
+	for (int c = 0; c < e->channels; c++) {
+		double *right = e->right + (size_t)c * m;
+		for (size_t s = 0; s < GROUP; s++) {
+			g->v[s] = s < g->size ? g->root[s] * e->value[c][first + s] : 0;
+			e->squares[c] += (double)(g->v[s] * g->v[s]);
 		}
+		project(g);
+		for (size_t p = 0; p < g->near; p++)
+			right[g->list[p]] += (double)g->sum[p];
+	}
 	for (size_t row = 0; row < g->near; row += ROWS) {
 		multiply(g, row, row / COLUMNS * COLUMNS, product);
 		for (size_t r = 0; r < ROWS && row + r < g->near; r++) {
@@ -109,12 +123,22 @@ static void add_group(rbf_equations *e, size_t first, group *g, float *product)
 	}
 }
 
+/* The lower half from the upper one, in tiles: a column's elements lie far apart. */
+static void mirror(size_t m, double *gram)
+{
+	for (size_t row = 0; row < m; row += TILE)
+		for (size_t column = row; column < m; column += TILE)
+			for (size_t i = row; i < row + TILE && i < m; i++)
+				for (size_t j = column > i ? column : i + 1; j < column + TILE && j < m; j++)
+					gram[j * m + i] = gram[i * m + j];
+}
+
 int rbf_equations_make(rbf_equations *e)
 {
 	const size_t m = e->lobes, padded = m + COLUMNS;
 	group g = {0};
 	float *reach = malloc((m + 1) * sizeof *reach), *product = malloc(ROWS * padded * sizeof *product);
-	float *columns = malloc(4 * padded * sizeof *columns);
+	float *columns = malloc(5 * padded * sizeof *columns);
 	g.list = malloc((m + 1) * sizeof *g.list);
 	g.value = malloc(GROUP * padded * sizeof *g.value);
 	e->gram = calloc(m * m + 1, sizeof *e->gram);
@@ -128,6 +152,7 @@ int rbf_equations_make(rbf_equations *e)
 		g.y = columns + padded;
 		g.z = columns + 2 * padded;
 		g.half = columns + 3 * padded;
+		g.sum = columns + 4 * padded;
 		for (size_t j = 0; j < m; j++)
 			reach[j] = CUT / sqrtf(e->kappa[j]);
 		for (size_t first = 0; first < e->samples && m; first += GROUP) {
@@ -142,9 +167,7 @@ int rbf_equations_make(rbf_equations *e)
 			set_values(&g);
 			add_group(e, first, &g, product);
 		}
-		for (size_t j = 0; j < m; j++)
-			for (size_t i = 0; i < j; i++)
-				e->gram[j * m + i] = e->gram[i * m + j];
+		mirror(m, e->gram);
 	}
 	free(reach);
 	free(product);

@@ -9,7 +9,7 @@
 #include "integrate.h"
 #include "sample.h"
 
-enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128 };
+enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128, LANES = 8 };
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
 static const float POINTS_INSIDE = 1600, POINTS_HORIZON = 10000;
@@ -17,13 +17,13 @@ static const float CLEAR = .0108f; /* rad above the horizon, where nothing is lo
 static const float FAINT = 16;     /* a kappa above it leaves nothing at the other end of the sphere */
 
 /* Directions of a golden spiral, in double length: a lobe starts where it likes. */
-typedef struct spiral { float cosine[PAIRS_MOST + TURNS], sine[PAIRS_MOST + TURNS]; } spiral;
+typedef struct spiral { float cosine[PAIRS_MOST + TURNS + LANES], sine[PAIRS_MOST + TURNS + LANES]; } spiral;
 
 static void set_spiral(spiral *s)
 {
 	const double step = 2 * RBF_PI * .6180339887, a = cos(step), b = sin(step);
 	double c = 1, q = 0;
-	for (int i = 0; i < PAIRS_MOST + TURNS; i++) {
+	for (int i = 0; i < PAIRS_MOST + TURNS + LANES; i++) {
 		s->cosine[i] = (float)c;
 		s->sine[i] = (float)q;
 		const double next = a*c - b*q;
@@ -32,38 +32,54 @@ static void set_spiral(spiral *s)
 	}
 }
 
-/* Points of one corner and frame: directions at the site's side of the mirror, and the energy of each. */
+/* Points of one corner and frame: directions at the site's side of the mirror, and the energy of each. What is added may write up to
+ * LANES behind its own. */
 typedef struct batch {
 	int count;
-	float p[3][BATCH], energy[3][BATCH];
+	float p[3][BATCH + LANES], energy[3][BATCH];
 } batch;
 
-/* Pairs of opposite points on a spiral over the lobe: what changes evenly across it cancels in each pair. */
+/* A lobe's axes and what its points' distances follow from. */
+typedef struct spread { float x[3], y[3], z[3], start, share, faint, narrow; } spread;
+
+/* Pairs of opposite points on a spiral over the lobe: what changes evenly across it cancels in each pair. LANES pairs at a time, the
+ * points on one side before their opposites. */
+RBF_CLONES static void add_pairs(const spread *l, const float *cosine, const float *sine, int pairs, float *px, float *py, float *pz)
+{
+	for (int first = 0, at = 0; first < pairs; first += LANES) {
+		const int used = pairs - first < LANES ? pairs - first : LANES;
+		float x[2][LANES], y[2][LANES], z[2][LANES];
+		for (int i = 0; i < LANES; i++) {
+			const float outside = ((float)(first + i) + l->start) * l->share, rest = outside + (1 - outside) * l->faint + 1e-30f;
+			const float w = rbf_min(rbf_minus_log(rest) * l->narrow, 2.f), radius = sqrtf(rbf_max(w * (2 - w), 0.f)), up = 1 - w;
+			const float c = radius * cosine[first + i], q = radius * sine[first + i];
+			const float x1 = c*l->x[0] + q*l->x[1], y1 = c*l->y[0] + q*l->y[1], z1 = c*l->z[0] + q*l->z[1];
+			const float x0 = up * l->x[2], y0 = up * l->y[2], z0 = up * l->z[2];
+			x[0][i] = x0 + x1;
+			y[0][i] = y0 + y1;
+			z[0][i] = z0 + z1;
+			x[1][i] = x0 - x1;
+			y[1][i] = y0 - y1;
+			z[1][i] = z0 - z1;
+		}
+		for (int side = 0; side < 2; side++, at += used) {
+			memcpy(px + at, x[side], sizeof x[side]);
+			memcpy(py + at, y[side], sizeof y[side]);
+			memcpy(pz + at, z[side], sizeof z[side]);
+		}
+	}
+}
+
 static inline void add_points(const spiral *s, const float centre[3], float kappa, uint32_t turn, int pairs, unsigned op, batch *b)
 {
 	const float mx = op & 1 ? -1.f : 1.f, my = op & 2 ? -1.f : 1.f;
 	float t[3], u[3];
 	rbf_basis(centre, t, u);
-	const float x[3] = {mx * t[0], mx * u[0], mx * centre[0]};
-	const float y[3] = {my * t[1], my * u[1], my * centre[1]};
-	const float z[3] = {t[2], u[2], centre[2]};
-	const float offset = .56984029f * (float)(turn % 1024) + .5f, start = offset - floorf(offset);
-	const float faint = kappa > FAINT ? 0 : expf(-2 * kappa), share = 1 / (float)pairs, narrow = 1 / kappa;
-	const float *cosine = s->cosine + turn * 37 % TURNS, *sine = s->sine + turn * 37 % TURNS;
-	float *px = b->p[0] + b->count, *py = b->p[1] + b->count, *pz = b->p[2] + b->count;
-	for (int i = 0; i < pairs; i++) {
-		const float outside = ((float)i + start) * share, rest = outside + (1 - outside) * faint + 1e-30f;
-		const float w = rbf_min(rbf_minus_log(rest) * narrow, 2.f), radius = sqrtf(rbf_max(w * (2 - w), 0.f)), up = 1 - w;
-		const float c = radius * cosine[i], q = radius * sine[i];
-		const float x1 = c*x[0] + q*x[1], y1 = c*y[0] + q*y[1], z1 = c*z[0] + q*z[1];
-		const float x0 = up * x[2], y0 = up * y[2], z0 = up * z[2];
-		px[i] = x0 + x1;
-		py[i] = y0 + y1;
-		pz[i] = z0 + z1;
-		px[pairs + i] = x0 - x1;
-		py[pairs + i] = y0 - y1;
-		pz[pairs + i] = z0 - z1;
-	}
+	const float offset = .56984029f * (float)(turn % 1024) + .5f;
+	const spread l = {{mx * t[0], mx * u[0], mx * centre[0]}, {my * t[1], my * u[1], my * centre[1]}, {t[2], u[2], centre[2]},
+		offset - floorf(offset), 1 / (float)pairs, kappa > FAINT ? 0 : expf(-2 * kappa), 1 / kappa};
+	const uint32_t from = turn * 37 % TURNS;
+	add_pairs(&l, s->cosine + from, s->sine + from, pairs, b->p[0] + b->count, b->p[1] + b->count, b->p[2] + b->count);
 	b->count += 2 * pairs;
 }
 
@@ -107,7 +123,8 @@ static void carry_back(const rbf_warp *warp, const batch *b, float e[3][BATCH], 
 	case RBF_KIND_HALF: carry_back_half(warp, b, e, carried); return;
 	case RBF_KIND_SHIFT: carry_back_shift(warp, b, e, carried); return;
 	default:
-		memcpy(e, b->p, sizeof b->p);
+		for (int n = 0; n < 3; n++)
+			memcpy(e[n], b->p[n], sizeof e[n]);
 		for (int i = 0; i < BATCH; i++)
 			carried[i] = 1;
 	}
@@ -125,6 +142,22 @@ static void validity(const rbf_warp *warp, const float e[3][BATCH], float valid[
 	}
 }
 
+RBF_CLONES static void add_weighted(float weight, const float *restrict valid, float *restrict total)
+{
+	for (int i = 0; i < BATCH; i++)
+		total[i] += weight * valid[i];
+}
+
+/* What is left where corners share a direction, and at the horizon. */
+RBF_CLONES static void lessen(const float *restrict own, const float *restrict total, const float *restrict z, float *restrict carried)
+{
+	for (int i = 0; i < BATCH; i++) {
+		const float share = rbf_min(own[i] / total[i], RBF_VALID_GAIN), height = rbf_min(z[i] * (1 / RBF_HORIZON_Z), 1.f);
+		const float arrives = carried[i] * share * height;
+		carried[i] = z[i] > 0 ? arrives : 0;
+	}
+}
+
 /* Adds what the points bring, and empties the batch. whole: all of it arrives where the map takes it, with even shares. */
 static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, batch *b, double value[3])
 {
@@ -139,18 +172,12 @@ static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, bat
 	carry_back(&site->warp[k][f], b, e, carried);
 	if (!whole) {
 		for (uint32_t corner = 0; corner < site->corners; corner++) {
-			const float weight = site->weight[corner];
 			validity(&site->warp[corner][f], (const float (*)[BATCH])e, valid);
-			for (int i = 0; i < BATCH; i++)
-				total[i] += weight * valid[i];
+			add_weighted(site->weight[corner], valid, total);
 			if (corner == k)
 				memcpy(own, valid, sizeof own);
 		}
-		for (int i = 0; i < BATCH; i++) {
-			const float share = rbf_min(own[i] / total[i], RBF_VALID_GAIN), height = rbf_min(e[2][i] * (1 / RBF_HORIZON_Z), 1.f);
-			const float arrives = carried[i] * share * height;
-			carried[i] = e[2][i] > 0 ? arrives : 0;
-		}
+		lessen(own, total, e[2], carried);
 	}
 	for (uint32_t n = 0; n < channels; n++) {
 		float sum = 0;

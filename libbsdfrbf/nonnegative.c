@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PANEL = 8, WARM = 20, EXCHANGES = 60, PATIENCE = 3, FINISH = 400, STEPS = 40 };
+enum { PANEL = 16, ROWS = 4, LANES = 4, COLUMNS = 2 * LANES, WARM = 20, EXCHANGES = 60, PATIENCE = 3, FINISH = 400, STEPS = 40 };
 static const double WORK = 2e9; /* m^3 a step */
 static const double EXACT = 1e-10;       /* a gradient that is rounding, of the largest */
 static const double INSIGNIFICANT = .02; /* of the noise's variance: what a variable must lower the objective's double by */
@@ -42,54 +42,96 @@ RBF_CLONES static void descend(size_t m, const double *gram, double *x, double *
 	}
 }
 
-/* Subtracts from a row the multiples of PANEL pivot rows, columns `from` on: the matrix is passed through once for PANEL pivots. */
-RBF_CLONES static void eliminate(double *restrict row, const double *restrict pivot, size_t n, size_t from, const double f[PANEL])
+typedef double lanes __attribute__((vector_size(8 * LANES)));
+
+/* row -= factor pivot, columns `from` on */
+RBF_CLONES static void subtract(double *restrict row, const double *restrict pivot, double factor, size_t from, size_t end)
 {
-	const double *restrict p0 = pivot, *restrict p1 = pivot + n, *restrict p2 = pivot + 2*n, *restrict p3 = pivot + 3*n;
-	const double *restrict p4 = pivot + 4*n, *restrict p5 = pivot + 5*n, *restrict p6 = pivot + 6*n, *restrict p7 = pivot + 7*n;
-	for (size_t j = from; j < n; j++)
-		row[j] -= ((f[0]*p0[j] + f[1]*p1[j]) + (f[2]*p2[j] + f[3]*p3[j])) + ((f[4]*p4[j] + f[5]*p5[j]) + (f[6]*p6[j] + f[7]*p7[j]));
+	for (size_t j = from; j < end; j++)
+		row[j] -= factor * pivot[j];
 }
 
-/* Cholesky U'U of the n x n matrix in a (upper part used and overwritten), then the solution in x. Returns 0, or -1 if the matrix
- * is not positive definite. */
+/* Subtracts from ROWS rows the multiples of PANEL pivot rows, columns `from`, a multiple of COLUMNS, on: sums that stay in registers. */
+RBF_CLONES static void eliminate(double *row, const double *pivot, size_t stride, size_t from, const double (*f)[ROWS])
+{
+	for (size_t q = from; q < stride; q += COLUMNS) {
+		lanes low[ROWS] = {{0}}, high[ROWS] = {{0}};
+		for (size_t p = 0; p < PANEL; p++) {
+			lanes left, right;
+			memcpy(&left, pivot + p * stride + q, sizeof left);
+			memcpy(&right, pivot + p * stride + q + LANES, sizeof right);
+			for (int r = 0; r < ROWS; r++) {
+				low[r] += f[p][r] * left;
+				high[r] += f[p][r] * right;
+			}
+		}
+		for (size_t r = 0; r < ROWS; r++) {
+			lanes left, right;
+			double *at = row + r * stride + q;
+			memcpy(&left, at, sizeof left);
+			memcpy(&right, at + LANES, sizeof right);
+			left -= low[r];
+			right -= high[r];
+			memcpy(at, &left, sizeof left);
+			memcpy(at + LANES, &right, sizeof right);
+		}
+	}
+}
+
+/* Sum of products in LANES parts: one after the other, each would wait for the last. */
+RBF_CLONES static double product(const double *a, const double *b, size_t n)
+{
+	double part[LANES] = {0}, rest = 0;
+	size_t i = 0;
+	for (; i + LANES <= n; i += LANES)
+		for (size_t l = 0; l < LANES; l++)
+			part[l] += a[i + l] * b[i + l];
+	for (; i < n; i++)
+		rest += a[i] * b[i];
+	return (part[0] + part[1]) + (part[2] + part[3]) + rest;
+}
+
+/* Columns of a row of n, so that whole vectors fit. */
+static size_t padded(size_t n)
+{
+	return (n + COLUMNS - 1) / COLUMNS * COLUMNS;
+}
+
+/* Cholesky U'U of the n x n matrix in a, rows padded(n) apart (upper part used and overwritten, the rest any finite numbers), then the
+ * solution in x. Returns 0, or -1 if the matrix is not positive definite. */
 static int cholesky_solve(size_t n, double *a, double *x)
 {
+	const size_t stride = padded(n);
 	for (size_t first = 0; first < n; first += PANEL) {
 		const size_t end = first + PANEL < n ? first + PANEL : n;
 		for (size_t k = first; k < end; k++) {
-			double *restrict pivot = a + k * n;
+			double *pivot = a + k * stride;
 			if (!(pivot[k] > 0))
 				return -1;
 			const double root = 1 / sqrt(pivot[k]);
 			for (size_t j = k; j < n; j++)
 				pivot[j] *= root;
-			for (size_t i = k + 1; i < end; i++) {
-				double *restrict row = a + i * n;
-				const double f = pivot[i];
-				for (size_t j = i; j < n; j++)
-					row[j] -= f * pivot[j];
-			}
+			for (size_t i = k + 1; i < end; i++)
+				subtract(a + i * stride, pivot, pivot[i], i, n);
 		}
-		for (size_t i = end; i < n; i++) {
-			double f[PANEL];
+		size_t i = end;
+		for (; i + ROWS <= n; i += ROWS) {
+			double f[PANEL][ROWS];
 			for (size_t p = 0; p < PANEL; p++)
-				f[p] = a[(first + p) * n + i];
-			eliminate(a + i * n, a + first * n, n, i, f);
+				memcpy(f[p], a + (first + p) * stride + i, sizeof f[p]);
+			eliminate(a + i * stride, a + first * stride, stride, i / COLUMNS * COLUMNS, (const double (*)[ROWS])f);
 		}
+		for (; i < n; i++)
+			for (size_t p = first; p < end; p++)
+				subtract(a + i * stride, a + p * stride, a[p * stride + i], i, n);
 	}
 	for (size_t k = 0; k < n; k++) {
-		const double *restrict pivot = a + k * n;
-		x[k] /= pivot[k];
-		for (size_t j = k + 1; j < n; j++)
-			x[j] -= pivot[j] * x[k];
+		x[k] /= a[k * stride + k];
+		subtract(x, a + k * stride, x[k], k + 1, n);
 	}
 	for (size_t k = n; k-- > 0;) {
-		const double *pivot = a + k * n;
-		double sum = x[k];
-		for (size_t j = k + 1; j < n; j++)
-			sum -= pivot[j] * x[j];
-		x[k] = sum / pivot[k];
+		const double *pivot = a + k * stride;
+		x[k] = (x[k] - product(pivot + k + 1, x + k + 1, n - k - 1)) / pivot[k];
 	}
 	return 0;
 }
@@ -112,10 +154,12 @@ static int solve_free(pivoting *p)
 	for (size_t j = 0; j < p->m; j++)
 		if (p->in[j])
 			p->index[p->free++] = j;
+	const size_t stride = padded(p->free);
 	for (size_t r = 0; r < p->free; r++) {
 		const double *row = p->gram + p->index[r] * p->m;
-		for (size_t c = r; c < p->free; c++)
-			p->matrix[r * p->free + c] = row[p->index[c]];
+		double *to = p->matrix + r * stride;
+		for (size_t c = r / COLUMNS * COLUMNS; c < stride; c++)
+			to[c] = c < p->free ? row[p->index[c]] : 0;
 		p->part[r] = p->right[p->index[r]];
 	}
 	if (cholesky_solve(p->free, p->matrix, p->part))
@@ -128,11 +172,8 @@ static int solve_free(pivoting *p)
 		rest -= p->part[r] * p->right[p->index[r]];
 	p->least = fmax(EXACT * p->scale, sqrt(INSIGNIFICANT * fmax(rest, 0) / fmax(p->count - (double)p->free, 1)));
 	for (size_t r = 0; r < p->free; r++) {
-		const double *restrict row = p->gram + p->index[r] * p->m;
-		double *restrict g = p->gradient;
-		const double v = p->x[p->index[r]] = p->part[r];
-		for (size_t j = 0; j < p->m; j++)
-			g[j] += v * row[j];
+		p->x[p->index[r]] = p->part[r];
+		subtract(p->gradient, p->gram + p->index[r] * p->m, -p->part[r], 0, p->m);
 	}
 	return 0;
 }
@@ -224,7 +265,7 @@ int rbf_nonnegative_solve(size_t m, const double *gram, const double *right, dou
 {
 	pivoting p = {.m = m, .gram = gram, .right = right, .squares = squares, .count = count, .x = x};
 	p.gradient = malloc((m + 1) * sizeof *p.gradient);
-	p.matrix = malloc((m * m + 1) * sizeof *p.matrix);
+	p.matrix = malloc((m * padded(m) + 1) * sizeof *p.matrix);
 	p.part = malloc((m + 1) * sizeof *p.part);
 	p.index = malloc((m + 1) * sizeof *p.index);
 	p.in = malloc(m + 1);
