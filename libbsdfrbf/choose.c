@@ -11,6 +11,8 @@
 
 enum { TRIALS_MAX = 64, POINTS = 320, FRAMES_MAX = 3 };
 enum { SCREEN = 4 }; /* every fourth trial is made first */
+static const rbf_belief BELIEF = {.sharpness = 4};
+static const float SHARPER = 2; /* times as sharp, and as blunt, are tried once the frames are chosen */
 static const float SCREEN_LOSS = 1.06f;
 static const float ENOUGH = 1.25f; /* times the error of the fits: no better frame is looked for */
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
@@ -228,7 +230,7 @@ static int measure(const bench *b, rbf_choice *choice, const rbf_choice *best)
 	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
 	if (!choice->label || !choice->base_error)
 		return -1;
-	rbf_label(m, choice->frames, choice->frame, choice->faint, choice->label, choice->share);
+	rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
 	drop_empty(choice, m->lobe_first[m->bases]);
 	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
 		return -1;
@@ -321,7 +323,7 @@ static double error_with(void *data, const double x[])
 {
 	refinement *r = data;
 	rbf_fitted *m = r->bench->fitted;
-	rbf_choice next = {.frames = r->frames, .faint = r->best->faint};
+	rbf_choice next = {.frames = r->frames, .belief = r->best->belief};
 	memcpy(next.frame, r->frame, sizeof next.frame);
 	rbf_learn_set(r->lesson, m->candidate[r->candidate].map, x, &r->linear);
 	r->failed = r->failed || rbf_label_change(m, r->candidate, &r->linear) || measure(r->bench, &next, r->best);
@@ -361,7 +363,7 @@ static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best,
 		return 0;
 	if (rbf_label_add(m, map, found))
 		return -1;
-	rbf_choice next = {.frames = others->frames + 1, .faint = others->faint}, round = {0};
+	rbf_choice next = {.frames = others->frames + 1, .belief = others->belief}, round = {0};
 	memcpy(next.frame, others->frame, sizeof next.frame);
 	next.frame[others->frames] = m->candidates - 1;
 	if (contest(b, &round, next, NULL))
@@ -387,7 +389,7 @@ static int learn(const bench *b, rbf_choice *best)
 	rbf_lesson *lesson = rbf_learn_begin(b->fitted);
 	int failed = !lesson;
 	for (int more = 0; more < 2 && !failed && best->frames < RBF_MAX_FRAMES; more++) {
-		rbf_choice others = {.faint = best->faint};
+		rbf_choice others = {.belief = best->belief};
 		rbf_linear found[2];
 		const double known = rbf_learn_after(lesson, best->frames, best->frame);
 		if (more) {
@@ -406,7 +408,7 @@ static int learn(const bench *b, rbf_choice *best)
 		rbf_linear found, start = c->linear;
 		if (!rbf_map_learned(c->map))
 			start = (rbf_linear){{{row->along[0]}, {0, row->along[1]}}};
-		rbf_choice others = {.faint = best->faint};
+		rbf_choice others = {.belief = best->belief};
 		for (uint32_t g = 0; g < best->frames; g++)
 			if (g != f)
 				others.frame[others.frames++] = best->frame[g];
@@ -426,7 +428,7 @@ static int add_frames(const bench *b, rbf_choice *best)
 	while (better && !failed && best->frames < FRAMES_MAX) {
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
-			rbf_choice next = {.frames = best->frames + 1, .faint = best->faint};
+			rbf_choice next = {.frames = best->frames + 1, .belief = best->belief};
 			int there = plane && !rbf_map_get(map)->plane;
 			for (uint32_t f = 0; f < best->frames; f++) {
 				next.frame[f] = best->frame[f];
@@ -448,7 +450,7 @@ static int add_frames(const bench *b, rbf_choice *best)
 static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit_error, double from, double to, rbf_choice *choice)
 {
 	const double step = (to - from) / (RBF_MAPS_LISTED + 3);
-	rbf_choice best = {0};
+	rbf_choice best = {.belief = BELIEF};
 	int failed = 0;
 	if (!b->trials) {
 		best.frames = 1;
@@ -461,12 +463,12 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit
 	for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
 		if (plane && !rbf_map_get(map)->plane)
 			continue;
-		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}}, best.frames ? &best : NULL);
+		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}, .belief = BELIEF}, best.frames ? &best : NULL);
 		*choice = best;
 		if (rbf_progress(context, "frames", from + step * map))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
-	rbf_choice first = {.frames = 1, .frame = {best.frame[0]}, .faint = 1}, faint = {0};
+	rbf_choice first = {.frames = 1, .frame = {best.frame[0]}, .belief = {BELIEF.sharpness, 1}}, faint = {0};
 	failed = failed || add_frames(b, &best);
 	*choice = best;
 	if (rbf_progress(context, "frames", from + step * RBF_MAPS_LISTED))
@@ -491,12 +493,19 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit
 	}
 	if (rbf_progress(context, "learned frames", from + step * (RBF_MAPS_LISTED + 2)))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	const float sharpness = best.belief.sharpness;
+	for (int n = 0; n < 2 && !failed && best.frames > 1; n++) {
+		rbf_choice next = {.frames = best.frames, .belief = {n ? sharpness / SHARPER : sharpness * SHARPER, best.belief.faint}};
+		memcpy(next.frame, best.frame, sizeof next.frame);
+		failed = contest(b, &best, next, &best);
+		*choice = best;
+	}
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
 	const float caps[2] = {.6f, 1.f};
-	const rbf_choice still[3] = {best, listed, {.frames = 1, .frame = {RBF_MAP_FIXED}, .faint = best.faint}};
+	const rbf_choice still[3] = {best, listed, {.frames = 1, .frame = {RBF_MAP_FIXED}, .belief = best.belief}};
 	for (int n = 0; n < 5 && !failed; n++) {
 		const rbf_choice *frames = &still[n / 2];
-		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .faint = frames->faint};
+		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .belief = frames->belief};
 		memcpy(next.frame, frames->frame, sizeof next.frame);
 		if (n / 2 != 1 || learned)
 			failed = contest(b, &best, next, &best);

@@ -7,7 +7,7 @@
 typedef struct rbf_choice {
 	uint32_t frames, frame[RBF_MAX_FRAMES]; /* indices of candidates */
 	float share[RBF_MAX_FRAMES];
-	int faint;         /* how labels were made: see rbf_label() */
+	rbf_belief belief; /* that labels were made with */
 	float *label;      /* as from rbf_label(); owned */
 	float cap;         /* of residual motion (advect.h); 0: none */
 	float error;       /* mean leave-one-out L1, < 0: could not be measured */

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float SHARPNESS = 4;      /* exponent of the prediction */
 static const float SHARE_MIN = .03f, FAINT_MIN = .003f; /* frames that carry less are dropped */
 enum { ROUNDS = 6 };
 
@@ -165,24 +164,24 @@ void rbf_label_release(rbf_fitted *m)
 		free(m->candidate[i].prediction);
 }
 
-/* r_f ~ exp(SHARPNESS log prediction_f) prior_f, normalised over the frames. */
-static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float prior[], uint32_t i, float r[])
+/* r_f ~ prediction_f^sharpness prior_f, normalised over the frames. */
+static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float sharpness, const float prior[], uint32_t i, float r[])
 {
 	float top = -INFINITY, sum = 0;
 	for (uint32_t f = 0; f < frames; f++)
 		if (prior[f] > 0)
 			top = fmaxf(top, m->candidate[frame[f]].prediction[i]);
 	for (uint32_t f = 0; f < frames; f++) {
-		r[f] = prior[f] > 0 ? expf(SHARPNESS * (m->candidate[frame[f]].prediction[i] - top)) * prior[f] : 0;
+		r[f] = prior[f] > 0 ? expf(sharpness * (m->candidate[frame[f]].prediction[i] - top)) * prior[f] : 0;
 		sum += r[f];
 	}
 	for (uint32_t f = 0; f < frames; f++)
 		r[f] /= sum;
 }
 
-void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], int faint, float *label, float share[])
+void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], rbf_belief belief, float *label, float share[])
 {
-	const float least = faint ? FAINT_MIN : SHARE_MIN;
+	const float least = belief.faint ? FAINT_MIN : SHARE_MIN;
 	const uint32_t lobes = m->lobe_first[m->bases];
 	float prior[RBF_MAX_FRAMES], r[RBF_MAX_FRAMES];
 	for (uint32_t f = 0; f < frames; f++)
@@ -194,7 +193,7 @@ void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], int
 			const rbf_lobes *l = &m->lobes[b];
 			double total = 0, part[RBF_MAX_FRAMES] = {0};
 			for (uint32_t i = 0; i < l->count; i++) {
-				responsibilities(m, frames, frame, prior, m->lobe_first[b] + i, r);
+				responsibilities(m, frames, frame, belief.sharpness, prior, m->lobe_first[b] + i, r);
 				total += l->mass[i];
 				for (uint32_t f = 0; f < frames; f++)
 					part[f] += r[f] * l->mass[i];
@@ -213,11 +212,11 @@ void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], int
 		if (round == ROUNDS)
 			break;
 		for (uint32_t f = 0; f < frames; f++)
-			prior[f] = share[f] < least * (float)(round + 1) / ROUNDS && kept ? 0 : faint ? sqrtf(share[f]) : share[f];
+			prior[f] = share[f] < least * (float)(round + 1) / ROUNDS && kept ? 0 : belief.faint ? sqrtf(share[f]) : share[f];
 	}
 	for (uint32_t i = 0; i < lobes; i++) {
 		float sum = 0;
-		responsibilities(m, frames, frame, prior, i, r);
+		responsibilities(m, frames, frame, belief.sharpness, prior, i, r);
 		for (uint32_t f = 0; f < frames; f++) {
 			if (r[f] < 1e-3f)
 				r[f] = 0;

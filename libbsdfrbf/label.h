@@ -43,9 +43,15 @@ int rbf_label_change(rbf_fitted *fitted, uint32_t candidate, const rbf_linear *l
  * that sank below are judged just above the horizon, and count less. */
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain);
 
+/* How labels follow the predictions. */
+typedef struct rbf_belief {
+	float sharpness; /* exponent of a prediction */
+	int faint;       /* shares count by their roots, and a third of a per cent is enough, for beams of little energy that stand high above what is
+	                  * around them */
+} rbf_belief;
+
 /* Labels for a list of frames (indices of candidates): label[f * lobes + i], i counted over all bases; 0 where below 1e-3, sums to 1 over f.
  * share[frames]: energy shares. A frame is believed as far as it predicts, and by its share; those whose share falls below a few per cent
- * get none: share 0. faint: shares count by their roots, and a third of a per cent is enough, for beams of little energy that stand
- * high above what is around them. */
-void rbf_label(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], int faint, float *label, float share[]);
+ * get none: share 0. */
+void rbf_label(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], rbf_belief belief, float *label, float share[]);
 #endif
