@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 enum { GROUP = 32, ROWS = 4, LANES = 8, COLUMNS = 2 * LANES, TILE = 16 };
+static const double WILD = 1e10; /* squares with over squares without what is left out */
 static const float CUT = 5; /* sigmas beyond which a lobe is left out: exp(-12.5) */
 
 /* One group. Arrays over its lobes are padded to COLUMNS, with lobes that are 0 everywhere. */
@@ -19,11 +20,13 @@ typedef struct group {
 	float *x, *y, *z, *half; /* [padded] */
 	float *value;            /* [GROUP][padded]: times the root of the sample's weight */
 	float *sum;              /* [padded] */
+	float *product;          /* [ROWS][padded] */
+	float *reach;            /* of all lobes */
 	float root[GROUP], w[GROUP][3], v[GROUP]; /* v: the value times the root */
 } group;
 
 /* Lobes whose reach meets the group's sphere. */
-static void list_near(const rbf_equations *e, const float *reach, group *g)
+static void list_near(const rbf_equations *e, group *g)
 {
 	float middle[3] = {0, 0, 0}, radius = 0;
 	for (size_t s = 0; s < g->size; s++)
@@ -36,7 +39,7 @@ static void list_near(const rbf_equations *e, const float *reach, group *g)
 	g->near = 0;
 	for (size_t j = 0; j < e->lobes; j++) {
 		const float *c = e->centre[j];
-		const float x = c[0] - middle[0], y = c[1] - middle[1], z = c[2] - middle[2], limit = radius + reach[j];
+		const float x = c[0] - middle[0], y = c[1] - middle[1], z = c[2] - middle[2], limit = radius + g->reach[j];
 		g->list[g->near] = (uint32_t)j;
 		g->near += x*x + y*y + z*z < limit * limit;
 	}
@@ -99,26 +102,28 @@ RBF_CLONES static void project(const group *g)
 	}
 }
 
-static void add_group(rbf_equations *e, size_t first, group *g, float *product)
+/* sign: 1, or -1 to take the same away. */
+static void add_right(rbf_equations *e, size_t first, group *g, double sign)
 {
-	const size_t m = e->lobes;
 	for (int c = 0; c < e->channels; c++) {
-		double *right = e->right + (size_t)c * m;
-		for (size_t s = 0; s < GROUP; s++) {
+		double *right = e->right + (size_t)c * e->lobes;
+		for (size_t s = 0; s < GROUP; s++)
 			g->v[s] = s < g->size ? g->root[s] * e->value[c][first + s] : 0;
-			e->squares[c] += (double)(g->v[s] * g->v[s]);
-		}
 		project(g);
 		for (size_t p = 0; p < g->near; p++)
-			right[g->list[p]] += (double)g->sum[p];
+			right[g->list[p]] += sign * (double)g->sum[p];
 	}
+}
+
+static void add_gram(rbf_equations *e, group *g, double sign)
+{
 	for (size_t row = 0; row < g->near; row += ROWS) {
-		multiply(g, row, row / COLUMNS * COLUMNS, product);
+		multiply(g, row, row / COLUMNS * COLUMNS, g->product);
 		for (size_t r = 0; r < ROWS && row + r < g->near; r++) {
-			const float *from = product + r * g->padded;
-			double *to = e->gram + (size_t)g->list[row + r] * m;
+			const float *from = g->product + r * g->padded;
+			double *to = e->gram + (size_t)g->list[row + r] * e->lobes;
 			for (size_t q = row + r; q < g->near; q++)
-				to[g->list[q]] += (double)from[q];
+				to[g->list[q]] += sign * (double)from[q];
 		}
 	}
 }
@@ -133,48 +138,119 @@ static void mirror(size_t m, double *gram)
 					gram[j * m + i] = gram[i * m + j];
 }
 
-int rbf_equations_make(rbf_equations *e)
+static void group_free(group *g)
+{
+	free(g->list);
+	free(g->x);
+	free(g->value);
+	free(g->product);
+	free(g->reach);
+}
+
+static int group_new(const rbf_equations *e, group *g)
 {
 	const size_t m = e->lobes, padded = m + COLUMNS;
-	group g = {0};
-	float *reach = malloc((m + 1) * sizeof *reach), *product = malloc(ROWS * padded * sizeof *product);
-	float *columns = malloc(5 * padded * sizeof *columns);
-	g.list = malloc((m + 1) * sizeof *g.list);
-	g.value = malloc(GROUP * padded * sizeof *g.value);
-	e->gram = calloc(m * m + 1, sizeof *e->gram);
-	e->right = calloc(m * (size_t)e->channels + 1, sizeof *e->right);
-	const int failed = !reach || !product || !columns || !g.list || !g.value || !e->gram || !e->right;
+	g->list = malloc((m + 1) * sizeof *g->list);
+	g->x = malloc(5 * padded * sizeof *g->x);
+	g->value = malloc(GROUP * padded * sizeof *g->value);
+	g->product = malloc(ROWS * padded * sizeof *g->product);
+	g->reach = malloc((m + 1) * sizeof *g->reach);
+	if (!g->list || !g->x || !g->value || !g->product || !g->reach) {
+		group_free(g);
+		return -1;
+	}
+	g->y = g->x + padded;
+	g->z = g->x + 2 * padded;
+	g->half = g->x + 3 * padded;
+	g->sum = g->x + 4 * padded;
+	for (size_t j = 0; j < m; j++)
+		g->reach[j] = CUT / sqrtf(e->kappa[j]);
+	return 0;
+}
+
+/* The group of samples from `first` on without those that are out, and the lobes near it. out: or NULL. */
+static void group_set(const rbf_equations *e, size_t first, const uint8_t *out, group *g)
+{
+	g->size = e->samples - first < GROUP ? e->samples - first : GROUP;
+	for (size_t s = 0; s < GROUP; s++) {
+		const size_t i = first + (s < g->size ? s : 0);
+		memcpy(g->w[s], e->direction[i], sizeof g->w[s]);
+		g->root[s] = s < g->size && !(out && out[i]) ? sqrtf(e->weight[i]) : 0;
+	}
+	list_near(e, g);
+	set_values(g);
+}
+
+/* How many count, and the weighted squares of their values. */
+static void sum_up(rbf_equations *e, const uint8_t *out)
+{
 	e->count = 0;
 	for (int c = 0; c < 3; c++)
 		e->squares[c] = 0;
-	if (!failed) {
-		g.x = columns;
-		g.y = columns + padded;
-		g.z = columns + 2 * padded;
-		g.half = columns + 3 * padded;
-		g.sum = columns + 4 * padded;
-		for (size_t j = 0; j < m; j++)
-			reach[j] = CUT / sqrtf(e->kappa[j]);
-		for (size_t first = 0; first < e->samples && m; first += GROUP) {
-			g.size = e->samples - first < GROUP ? e->samples - first : GROUP;
-			for (size_t s = 0; s < GROUP; s++) {
-				const size_t i = first + (s < g.size ? s : 0);
-				memcpy(g.w[s], e->direction[i], sizeof g.w[s]);
-				g.root[s] = s < g.size ? sqrtf(e->weight[i]) : 0;
-				e->count += g.root[s] > 0;
-			}
-			list_near(e, reach, &g);
-			set_values(&g);
-			add_group(e, first, &g, product);
-		}
-		mirror(m, e->gram);
+	for (size_t i = 0; i < e->samples; i++) {
+		if ((out && out[i]) || !(e->weight[i] > 0))
+			continue;
+		e->count++;
+		for (int c = 0; c < e->channels; c++)
+			e->squares[c] += (double)e->weight[i] * (double)e->value[c][i] * (double)e->value[c][i];
 	}
-	free(reach);
-	free(product);
-	free(columns);
-	free(g.list);
-	free(g.value);
-	return failed ? -1 : 0;
+}
+
+int rbf_equations_make(rbf_equations *e)
+{
+	const size_t m = e->lobes;
+	group g = {0};
+	e->gram = calloc(m * m + 1, sizeof *e->gram);
+	e->right = calloc(m * (size_t)e->channels + 1, sizeof *e->right);
+	if (!e->gram || !e->right || group_new(e, &g))
+		return -1;
+	for (size_t first = 0; first < e->samples && m; first += GROUP) {
+		group_set(e, first, NULL, &g);
+		add_right(e, first, &g, 1);
+		add_gram(e, &g, 1);
+	}
+	mirror(m, e->gram);
+	group_free(&g);
+	sum_up(e, NULL);
+	return 0;
+}
+
+static int any(const uint8_t *out, size_t first, size_t samples)
+{
+	for (size_t i = first; i < first + GROUP && i < samples; i++)
+		if (out[i])
+			return 1;
+	return 0;
+}
+
+int rbf_equations_leave_out(rbf_equations *e, const uint8_t *out)
+{
+	group g = {0};
+	if (group_new(e, &g))
+		return -1;
+	const double before = e->squares[0] + e->squares[1] + e->squares[2];
+	sum_up(e, out);
+	const int wild = !(before < WILD * (e->squares[0] + e->squares[1] + e->squares[2])); /* taken away, they would leave their rounding */
+	if (wild)
+		memset(e->right, 0, e->lobes * (size_t)e->channels * sizeof *e->right);
+	for (size_t first = 0; first < e->samples && e->lobes; first += GROUP) {
+		const int some = any(out, first, e->samples);
+		if (some) { /* to the last digit what was added */
+			group_set(e, first, NULL, &g);
+			add_gram(e, &g, -1);
+			if (!wild)
+				add_right(e, first, &g, -1);
+		}
+		if (some || wild) {
+			group_set(e, first, out, &g);
+			add_right(e, first, &g, 1);
+		}
+		if (some)
+			add_gram(e, &g, 1);
+	}
+	mirror(e->lobes, e->gram);
+	group_free(&g);
+	return 0;
 }
 
 void rbf_equations_free(rbf_equations *e)

@@ -21,5 +21,9 @@ typedef struct rbf_equations {
 
 /* Returns 0, or -1 when out of memory. */
 int rbf_equations_make(rbf_equations *equations);
+
+/* Leaves out the samples i with out[i] = 1, whose weights must be as they were: much less work than all anew where they are few. What the
+ * caller has added to the diagonal stays. Returns 0, or -1 when out of memory. */
+int rbf_equations_leave_out(rbf_equations *equations, const uint8_t *out);
 void rbf_equations_free(rbf_equations *equations);
 #endif

@@ -7,6 +7,7 @@
 #include "fit.h"
 #include "arrange.h"
 #include "equations.h"
+#include "farthest.h"
 #include "neighbours.h"
 #include "nonnegative.h"
 
@@ -34,8 +35,10 @@ typedef struct rbf_fitting {
 	rbf_tree tree;
 	float (*w)[3];            /* directions: the tree's points */
 	float *y[3];              /* DSF less the Lambertian part */
-	float *smooth;            /* geometric mean of the neighbours, luminance */
-	float *spacing, *nearest;
+	float *smooth, top;       /* geometric mean of the neighbours, luminance; the highest */
+	float *density;           /* of lobes that the signal asks for */
+	float *miss, *sorted;     /* scratch */
+	float *weight;            /* of the squared difference, all samples */
 	uint8_t *outlier;         /* 1: not used */
 	const float *level;       /* luminance of y */
 	uint32_t lobes;
@@ -67,10 +70,12 @@ static int gather(work *k)
 	for (int c = 0; c < channels; c++)
 		k->y[c] = malloc((in->count + 1) * sizeof(float));
 	k->smooth = malloc((in->count + 1) * sizeof(float));
-	k->spacing = malloc((in->count + 1) * sizeof(float));
-	k->nearest = malloc((in->count + 1) * sizeof(float));
+	k->density = malloc((in->count + 1) * sizeof(float));
+	k->miss = malloc((in->count + 1) * sizeof(float));
+	k->sorted = malloc((in->count + 1) * sizeof(float));
+	k->weight = malloc((in->count + 1) * sizeof(float));
 	k->outlier = calloc(in->count + 1, 1);
-	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->spacing || !k->nearest || !k->outlier;
+	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->density || !k->miss || !k->sorted || !k->weight || !k->outlier;
 	for (size_t i = 0; i < in->count && !failed; i++) {
 		if (k->hold > 1 && i % k->hold == k->hold / 2)
 			continue;
@@ -102,7 +107,7 @@ static void smooth(work *k, const float *y)
 		return;
 	}
 	const float low = 1e-6f * top;
-	float *logarithm = k->nearest;
+	float *logarithm = k->miss;
 	for (size_t i = 0; i < k->n; i++)
 		logarithm[i] = logf(fmaxf(y[i], low));
 	for (size_t i = 0; i < k->n; i++) {
@@ -254,71 +259,52 @@ static void peaks(work *k)
 				add_peak(k, most[p].sample, nearest[n], foot ? most[p].base : 0);
 }
 
+/* Density of lobes and weights from the smoothed signal: max(signal, floor)^-1, since the noisy one would bias the energy. */
+static void weigh(work *k)
+{
+	for (size_t i = 0; i < k->n; i++)
+		k->top = fmaxf(k->top, k->smooth[i]);
+	for (size_t i = 0; i < k->n && k->top > 0; i++) {
+		/* 1 / s; by f rather than DSF, if not wholly: near the horizon f is large where the DSF ends */
+		const float signal = k->smooth[i] / k->top / sqrtf(fmaxf(k->w[i][2], .02f));
+		k->density[i] = powf(fmaxf(signal, (float)FLOOR), (float)DENSITY);
+		k->weight[i] = 1 / fmaxf(k->smooth[i], (float)WEIGHT_FLOOR * k->top);
+	}
+}
+
 /* Farthest-point order in the density-adapted metric. */
 static int place(work *k, uint32_t lobes)
 {
-	float top = 0;
-	size_t next = 0;
-	for (size_t i = 0; i < k->n; i++)
-		top = fmaxf(top, k->smooth[i]);
-	for (size_t i = 0; i < k->n && top > 0; i++) {
-		/* 1 / s; by f rather than DSF, if not wholly: near the horizon f is large where the DSF ends */
-		const float signal = k->smooth[i] / top / sqrtf(fmaxf(k->w[i][2], .02f));
-		k->spacing[i] = powf(fmaxf(signal, (float)FLOOR), (float)DENSITY);
-		k->nearest[i] = 1e30f;
-		if (k->spacing[i] > k->spacing[next])
-			next = i;
-	}
 	if (lobes > k->n)
 		lobes = (uint32_t)k->n;
-	if (!(top > 0))
+	if (!(k->top > 0))
 		lobes = 0; /* nothing but the Lambertian part */
 	k->centre = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->centre);
 	k->kappa = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->kappa);
-	if (!k->centre || !k->kappa)
+	uint32_t *order = malloc(((size_t)lobes + 1) * sizeof *order);
+	const ptrdiff_t placed = !k->centre || !k->kappa || !order ? -1
+		: rbf_farthest(k->n, (const float (*)[3])k->w, k->density, lobes, order);
+	for (ptrdiff_t j = 0; j < placed; j++)
+		memcpy(k->centre[j], k->w[order[j]], sizeof *k->centre);
+	free(order);
+	if (placed < 0)
 		return -1;
-	for (k->lobes = 0; k->lobes < lobes; k->lobes++) {
-		if (k->nearest[next] <= 1e-12f)
-			break; /* only duplicates are left */
-		const float *c = k->w[next];
-		memcpy(k->centre[k->lobes], c, sizeof *k->centre);
-		float far = -1;
-		size_t at = 0;
-		for (size_t i = 0; i < k->n; i++) {
-			const float x = k->w[i][0] - c[0], y = k->w[i][1] - c[1], z = k->w[i][2] - c[2];
-			const float d = (x*x + y*y + z*z) * k->spacing[i] * k->spacing[i];
-			if (d < k->nearest[i])
-				k->nearest[i] = d;
-			if (k->nearest[i] > far) {
-				far = k->nearest[i];
-				at = i;
-			}
-		}
-		next = at;
-	}
+	k->lobes = (uint32_t)placed;
 	if (widths(k))
 		return -1;
 	peaks(k);
 	return 0;
 }
 
-/* Normal equations, with weights max(signal, floor)^-1 from the smoothed signal (the noisy one would bias the energy). */
+/* Weighted normal equations. */
 static int equations(work *k, int channels)
 {
 	const size_t m = k->lobes;
 	rbf_equations *e = &k->equations;
-	float top = 0;
 	double mean = 0;
-	for (size_t i = 0; i < k->n; i++)
-		top = fmaxf(top, k->smooth[i]);
-	float *weight = k->spacing; /* no longer needed */
-	for (size_t i = 0; i < k->n; i++)
-		weight[i] = k->outlier[i] ? 0 : 1 / fmaxf(k->smooth[i], (float)WEIGHT_FLOOR * top);
-	rbf_equations_free(e);
-	*e = (rbf_equations){.samples = k->n, .direction = (const float (*)[3])k->w, .weight = weight, .value = {k->y[0], k->y[1], k->y[2]},
+	*e = (rbf_equations){.samples = k->n, .direction = (const float (*)[3])k->w, .weight = k->weight, .value = {k->y[0], k->y[1], k->y[2]},
 		.channels = channels, .lobes = m, .centre = (const float (*)[3])k->centre, .kappa = k->kappa};
-	if (!k->amplitude)
-		k->amplitude = calloc(m * (size_t)channels + 1, sizeof *k->amplitude);
+	k->amplitude = calloc(m * (size_t)channels + 1, sizeof *k->amplitude);
 	if (!k->amplitude || rbf_equations_make(e))
 		return -1;
 	for (size_t j = 0; j < m; j++)
@@ -339,14 +325,12 @@ static int ascending(const void *a, const void *b)
 static size_t find_outliers(work *k, const rbf_lobes *fitted)
 {
 	const uint32_t y = rbf_luminance(fitted->channels);
-	float *miss = k->spacing, *sorted = k->nearest, top = 0;
+	float *miss = k->miss, *sorted = k->sorted;
 	size_t found = 0;
-	for (size_t i = 0; i < k->n; i++)
-		top = fmaxf(top, k->smooth[i]);
 	for (size_t i = 0; i < k->n; i++) {
 		float value[3];
 		rbf_lobes_sum(fitted, k->w[i], value);
-		miss[i] = sorted[i] = fabsf(k->level[i] - value[y]) / fmaxf(fmaxf(value[y], k->smooth[i]), (float)WEIGHT_FLOOR * top);
+		miss[i] = sorted[i] = fabsf(k->level[i] - value[y]) / fmaxf(fmaxf(value[y], k->smooth[i]), (float)WEIGHT_FLOOR * k->top);
 	}
 	qsort(sorted, k->n, sizeof *sorted, ascending);
 	const float spread = 1.4826f * sorted[k->n / 2];
@@ -386,8 +370,6 @@ static float held_out_error(const rbf_incidence *in, int channels, const float l
 
 static int solve(work *k, rbf_lobes *out)
 {
-	if (equations(k, k->channels))
-		return -1;
 	const rbf_equations *e = &k->equations;
 	for (int c = 0; c < k->channels; c++)
 		if (rbf_nonnegative_solve(k->lobes, e->gram, e->right + (size_t)c * k->lobes, e->squares[c], e->count, k->amplitude + (size_t)c * k->lobes))
@@ -410,6 +392,7 @@ rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const f
 	}
 	k->level = k->y[rbf_luminance((uint32_t)channels)];
 	smooth(k, k->level);
+	weigh(k);
 	return k;
 }
 
@@ -422,8 +405,10 @@ void rbf_fit_end(rbf_fitting *k)
 	for (int c = 0; c < 3; c++)
 		free(k->y[c]);
 	free(k->smooth);
-	free(k->spacing);
-	free(k->nearest);
+	free(k->density);
+	free(k->miss);
+	free(k->sorted);
+	free(k->weight);
 	free(k->outlier);
 	free(k);
 }
@@ -433,10 +418,10 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 	memset(out, 0, sizeof *out);
 	memset(k->outlier, 0, k->n);
 	*error = -1;
-	int failed = place(k, lobes) || solve(k, out);
+	int failed = place(k, lobes) || equations(k, k->channels) || solve(k, out);
 	if (!failed && find_outliers(k, out)) {
 		rbf_lobes_free(out);
-		failed = solve(k, out);
+		failed = rbf_equations_leave_out(&k->equations, k->outlier) || solve(k, out);
 	}
 	if (!failed)
 		*error = held_out_error(k->incidence, k->channels, k->lambertian, k->hold, out);

@@ -7,6 +7,8 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "equations.h"
+#include "farthest.h"
 #include "fit.h"
 #include "model_fixture.h"
 #include "neighbours.h"
@@ -63,7 +65,7 @@ static void optimality(void **state)
 static void nearest_neighbours(void **state)
 {
 	(void)state;
-	enum { N = 700, K = 9 };
+	enum { N = 700 };
 	static float p[N][3];
 	uint64_t seed = 2;
 	rbf_tree tree;
@@ -72,6 +74,7 @@ static void nearest_neighbours(void **state)
 			p[i][k] = (float)(random_unit(&seed) > .3 ? random_unit(&seed) : floor(4 * random_unit(&seed)) / 4); /* many equal */
 	assert_int_equal(rbf_tree_build(&tree, N, (const float (*)[3])p), 0);
 	for (int q = 0; q < 200; q++) {
+		const int K = q % 2 ? 9 : 40; /* few and many are sorted in different ways */
 		uint32_t index[64];
 		float distance[64];
 		const float at[3] = {(float)random_unit(&seed), (float)random_unit(&seed), (float)random_unit(&seed)};
@@ -86,6 +89,89 @@ static void nearest_neighbours(void **state)
 			assert_true(distance[k] >= distance[k - 1]);
 	}
 	rbf_tree_free(&tree);
+}
+
+/* Samples left out afterwards: as if they had never counted, however wild their values. */
+static void leave_out(float wild)
+{
+	enum { N = 500, M = 37 };
+	static float w[N][3], weight[N], value[N], centre[M][3], kappa[M];
+	static uint8_t out[N];
+	uint64_t seed = 5;
+	for (int i = 0; i < N; i++) {
+		const double z = random_unit(&seed), phi = 6.2831853 * random_unit(&seed), s = sqrt(1 - z*z);
+		w[i][0] = (float)(s * cos(phi));
+		w[i][1] = (float)(s * sin(phi));
+		w[i][2] = (float)z;
+		weight[i] = (float)(1 + random_unit(&seed));
+		out[i] = i % 90 == 17;
+		value[i] = out[i] ? wild : (float)z;
+	}
+	for (int j = 0; j < M; j++) {
+		memcpy(centre[j], w[j * 13], sizeof centre[j]);
+		kappa[j] = (float)(2 + 3 * j);
+	}
+	rbf_equations a = {.samples = N, .direction = (const float (*)[3])w, .weight = weight, .value = {value}, .channels = 1, .lobes = M,
+		.centre = (const float (*)[3])centre, .kappa = kappa}, b = a;
+	assert_int_equal(rbf_equations_make(&a), 0);
+	assert_int_equal(rbf_equations_leave_out(&a, out), 0);
+	for (int i = 0; i < N; i++)
+		weight[i] = out[i] ? 0 : weight[i];
+	assert_int_equal(rbf_equations_make(&b), 0);
+	assert_true(a.count == b.count && b.count == N - 6);
+	assert_true(a.squares[0] == b.squares[0]);
+	for (int i = 0; i < M; i++) {
+		assert_true(fabs(a.right[i] - b.right[i]) < 1e-6 * b.right[i]);
+		for (int j = 0; j < M; j++) {
+			assert_true(fabs(a.gram[i * M + j] - b.gram[i * M + j]) < 1e-9 * sqrt(b.gram[i * M + i] * b.gram[j * M + j]));
+			assert_true(a.gram[i * M + j] == a.gram[j * M + i]);
+		}
+	}
+	rbf_equations_free(&a);
+	rbf_equations_free(&b);
+}
+
+static void left_out(void **state)
+{
+	(void)state;
+	leave_out(50);
+	leave_out(1e15f);
+}
+
+/* The same order as by the definition, point by point. */
+static void farthest_points(void **state)
+{
+	(void)state;
+	enum { N = 600 };
+	static float p[N][3], density[N], nearest[N];
+	static uint32_t order[N];
+	uint64_t seed = 6;
+	for (int i = 0; i < N; i++) {
+		const double z = (i / 50) % 2 ? random_unit(&seed) : .3 + .01 * random_unit(&seed), phi = 6.2831853 * random_unit(&seed);
+		p[i][0] = (float)(sqrt(1 - z*z) * cos(phi));
+		p[i][1] = (float)(sqrt(1 - z*z) * sin(phi));
+		p[i][2] = (float)z;
+		if (i % 5 == 4)
+			memcpy(p[i], p[i - 3], sizeof p[i]);
+		density[i] = (float)(1 - .9 * random_unit(&seed));
+		nearest[i] = INFINITY;
+	}
+	const ptrdiff_t found = rbf_farthest(N, (const float (*)[3])p, density, N, order);
+	assert_true(found > N / 2 && found < N);
+	uint32_t want = 0;
+	for (uint32_t i = 0; i < N; i++)
+		want = density[i] > density[want] ? i : want;
+	for (ptrdiff_t n = 0; n < found; n++) {
+		assert_int_equal(order[n], want);
+		for (uint32_t i = 0; i < N; i++) {
+			const float x = p[i][0] - p[order[n]][0], y = p[i][1] - p[order[n]][1], z = p[i][2] - p[order[n]][2];
+			nearest[i] = fminf(nearest[i], (x*x + y*y + z*z) * density[i] * density[i]);
+		}
+		want = 0;
+		for (uint32_t i = 0; i < N; i++)
+			want = nearest[i] > nearest[want] ? i : want;
+	}
+	assert_int_equal(rbf_farthest(0, NULL, NULL, 3, order), 0);
 }
 
 /* A long bent valley (Rosenbrock 1960), and one whose floor is out of bounds on one side. */
@@ -343,6 +429,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(optimality), cmocka_unit_test(simplex),
 		cmocka_unit_test(nearest_neighbours),
+		cmocka_unit_test(left_out),
+		cmocka_unit_test(farthest_points),
 		cmocka_unit_test(lobes_are_recovered),
 		cmocka_unit_test(diffuse_part),
 		cmocka_unit_test(narrow_peak), cmocka_unit_test(low_peak),
