@@ -12,7 +12,7 @@
 enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128, LANES = 8 };
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
-static const float POINTS_INSIDE = 1600, POINTS_HORIZON = 10000;
+static const float POINTS_INSIDE = 1600, POINTS_HORIZON = 14000;
 static const float CLEAR = .0108f; /* rad above the horizon, where nothing is lost */
 static const float FAINT = 16;     /* a kappa above it leaves nothing at the other end of the sphere */
 
