@@ -291,7 +291,7 @@ BSDFRBF_API void bsdfrbf_resolution(const bsdfrbf_model *model, const float inci
  * the caller's memory and takes no other; it may be copied, needs no release, belongs to one thread at a time, and answers until
  * the model is closed. */
 typedef struct bsdfrbf_incidence {
-	uint64_t room[640]; /* the library's */
+	uint64_t room[656]; /* the library's */
 } bsdfrbf_incidence;
 
 /* Fills `at`, with whatever in it, for this incident direction. */
@@ -300,7 +300,7 @@ BSDFRBF_API void bsdfrbf_prepare(const bsdfrbf_model *model, const float inciden
 /* As bsdfrbf_eval() at this incidence. */
 BSDFRBF_API void bsdfrbf_incidence_eval(bsdfrbf_incidence *at, const float outgoing[3], float *value);
 
-/* As bsdfrbf_eval_scatter(). */
+/* As bsdfrbf_eval_scatter(). bsdfrbf_incidence_resolution() at the same outgoing direction then costs nothing. */
 BSDFRBF_API void bsdfrbf_incidence_eval_scatter(bsdfrbf_incidence *at, const float outgoing[3], float *value);
 
 /* As bsdfrbf_dhr(). */

@@ -319,12 +319,26 @@ void rbf_site_width(const rbf_site *site, const float exitant[3], float sum[2])
 	memcpy(sum, value, 2 * sizeof *sum);
 }
 
+/* f over the DSF that the kernel sums up. */
+static float scale_of(const rbf_site *site, const float folded[3])
+{
+	return site->scale / rbf_max(folded[2], RBF_HORIZON_Z);
+}
+
+float rbf_site_eval_width(const rbf_site *site, const float exitant[3], float sum[2])
+{
+	float folded[3];
+	rbf_site_fold(site, exitant, folded);
+	rbf_site_width(site, folded, sum);
+	return sum[0] * scale_of(site, folded);
+}
+
 void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3])
 {
 	float folded[3];
 	rbf_site_fold(site, exitant, folded);
 	rbf_site_dsf(site, folded, value);
-	const float scale = site->scale / rbf_max(folded[2], RBF_HORIZON_Z);
+	const float scale = scale_of(site, folded);
 	for (uint32_t n = 0; n < site->component->channels; n++)
 		value[n] *= scale;
 }

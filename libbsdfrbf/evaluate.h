@@ -54,6 +54,9 @@ void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3]);
 /* Luminance of the same, and with each lobe's value times its kappa. */
 void rbf_site_width(const rbf_site *site, const float exitant[3], float sum[2]);
 
+/* Both at an exitant direction that is not folded: returns the luminance of f. */
+float rbf_site_eval_width(const rbf_site *site, const float exitant[3], float sum[2]);
+
 /* f without the Lambertian part, sr^-1; exitant in the component's half space, not folded. */
 void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3]);
 

@@ -10,7 +10,7 @@ _Static_assert(_Alignof(rbf_incidence) <= _Alignof(bsdfrbf_incidence), "the publ
 void rbf_side_set(const bsdfrbf_model *model, const float incident[3], int transmit, rbf_side *s)
 {
 	s->model = model;
-	s->located = s->ready = s->known = 0;
+	s->located = s->ready = s->known = s->measured = 0;
 	s->below = (incident[2] < 0) != (transmit != 0);
 	s->component = rbf_query_incident(model, incident, transmit, s->local, &s->swapped);
 }
@@ -36,6 +36,18 @@ void rbf_side_eval(rbf_side *s, const float outgoing[3], float *value)
 			rbf_site_eval(site_of(s), exitant, v);
 	}
 	memcpy(value, v, s->model->channels * sizeof *value);
+}
+
+void rbf_side_eval_width(rbf_side *s, const float outgoing[3], float *value)
+{
+	const float exitant[3] = {outgoing[0], outgoing[1], fabsf(outgoing[2])};
+	if (!s->component || s->swapped || s->model->channels != 1 || !(exitant[2] > 0)) {
+		rbf_side_eval(s, outgoing, value);
+		return;
+	}
+	*value = rbf_site_eval_width(site_of(s), exitant, s->width);
+	memcpy(s->exitant, exitant, sizeof exitant);
+	s->measured = 1;
 }
 
 void rbf_side_dhr(rbf_side *s, float *value)
@@ -101,13 +113,15 @@ static rbf_side *side_towards(rbf_incidence *at, const float outgoing[3], float 
 	return side_at(at, (at->incident[2] < 0) != (unit[2] < 0));
 }
 
-static rbf_side *scatter(rbf_incidence *at, const float outgoing[3], float *value)
+static rbf_side *scatter(rbf_incidence *at, const float outgoing[3], int width, float *value)
 {
 	float unit[3];
 	rbf_side *s = side_towards(at, outgoing, unit);
 	for (uint32_t n = 0; n < at->model->channels; n++)
 		value[n] = 0;
-	if (s)
+	if (s && width)
+		rbf_side_eval_width(s, unit, value);
+	else if (s)
 		rbf_side_eval(s, unit, value);
 	return s;
 }
@@ -160,8 +174,12 @@ void rbf_incidence_resolution(rbf_incidence *at, const float *outgoing, int tran
 			rbf_site_locate(s->component, exitant, &reverse);
 		else
 			site = site_of(s);
-		rbf_site_fold(site, s->swapped ? s->local : exitant, folded);
-		rbf_site_width(site, folded, sum);
+		if (s->measured && !memcmp(exitant, s->exitant, sizeof exitant))
+			memcpy(sum, s->width, sizeof sum);
+		else {
+			rbf_site_fold(site, s->swapped ? s->local : exitant, folded);
+			rbf_site_width(site, folded, sum);
+		}
 		w.weight = (double)sum[0];
 		w.kappa = (double)sum[1];
 		cosine = fmax((double)(s->swapped ? s->local[2] : exitant[2]), .05);
@@ -184,14 +202,14 @@ void bsdfrbf_prepare(const bsdfrbf_model *model, const float incident[3], bsdfrb
 
 void bsdfrbf_incidence_eval(bsdfrbf_incidence *at, const float outgoing[3], float *value)
 {
-	const rbf_side *s = scatter(inside(at), outgoing, value);
+	const rbf_side *s = scatter(inside(at), outgoing, 0, value);
 	if (s)
 		rbf_side_add_lambertian(s, (float)(1 / RBF_PI), value);
 }
 
 void bsdfrbf_incidence_eval_scatter(bsdfrbf_incidence *at, const float outgoing[3], float *value)
 {
-	scatter(inside(at), outgoing, value);
+	scatter(inside(at), outgoing, 1, value);
 }
 
 void bsdfrbf_incidence_dhr(bsdfrbf_incidence *at, int transmit, float *value)

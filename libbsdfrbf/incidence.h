@@ -15,6 +15,8 @@ typedef struct rbf_side {
 	int known;          /* whether dhr is */
 	float local[3];     /* incident direction in the component's half space (exitant if swapped) */
 	float dhr[3];
+	int measured;       /* whether width is known, at: */
+	float exitant[3], width[2]; /* of rbf_site_width() */
 	rbf_site site;
 	rbf_sampler sampler;
 } rbf_side;
@@ -23,6 +25,9 @@ void rbf_side_set(const bsdfrbf_model *model, const float incident[3], int trans
 
 /* f without the Lambertian part; outgoing: unit, in the side's half space but for the sign of z, which counts as if it were. */
 void rbf_side_eval(rbf_side *side, const float outgoing[3], float *value);
+
+/* The same, and notes how wide the lobes are that are seen there: a renderer asks for that next, and the lobes are the same. */
+void rbf_side_eval_width(rbf_side *side, const float outgoing[3], float *value);
 
 /* DHR of the scattered part. */
 void rbf_side_dhr(rbf_side *side, float *value);

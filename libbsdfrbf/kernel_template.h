@@ -87,7 +87,7 @@ static inline void add_blocks(const rbf_kernel_job *job, uint32_t begin, uint32_
 			: lobes_at(block->k, load(block->x), load(block->y), load(block->z), dx, dy, dz);
 		total[0] += e * load(a->a);
 		if (channels == RBF_KERNEL_WIDTH)
-			total[1] += e * load(a->a) * load(block->k);
+			total[1] += e * (load(a->a) * load(block->k)); /* so that the first sum is rounded as without a second */
 		else if (channels == 3) {
 			total[1] += e * load(a[job->stride].a);
 			total[2] += e * load(a[2 * job->stride].a);

@@ -44,6 +44,11 @@ static void ask(const bsdfrbf_model *m, const float in[3], uint64_t *seed)
 		case 1:
 			bsdfrbf_eval_scatter(m, in, out, a);
 			bsdfrbf_incidence_eval_scatter(&at, out, b);
+			SAME(a, b);
+			if (u < .5)
+				break;
+			bsdfrbf_resolution(m, in, out, transmit, &a[0], &a[1]); /* known by now */
+			bsdfrbf_incidence_resolution(&at, out, transmit, &b[0], &b[1]);
 			break;
 		case 2:
 			bsdfrbf_dhr(m, in, transmit, a);
