@@ -35,16 +35,18 @@ static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place
 
 /* The nearest point of the arc from a to b: the direction's projection onto the arc's plane, p ~ u a + v b, or an end.
  * With e = b - a and q = |e|^2 / 2 = 1 - a.b the coefficients are u = q (d.b) - d.e and v = q (d.a) + d.e up to a common
- * factor; written so, they stay accurate on short arcs. */
+ * factor. Written with differences of directions, which are exact, they stay accurate on short arcs: the lengths of rounded unit
+ * vectors differ by more than a direction's way along an arc of .1 degrees. */
 static void try_border(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
 {
 	const float *a = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[index][0])].direction;
 	const float *b = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[index][1])].direction;
 	const float e[3] = { b[0] - a[0], b[1] - a[1], b[2] - a[2] };
-	const float q = .5f * rbf_dot(e, e), along = rbf_dot(d, e), da = rbf_dot(d, a), db = rbf_dot(d, b);
-	float u = q * db - along, v = q * da + along;
+	const float from_a[3] = { d[0] - a[0], d[1] - a[1], d[2] - a[2] }, from_b[3] = { d[0] - b[0], d[1] - b[1], d[2] - b[2] };
+	const float half_q = .25f * rbf_dot(e, e), da = rbf_dot(from_a, from_a), db = rbf_dot(from_b, from_b);
+	float u = -rbf_dot(from_b, e) - half_q * db, v = rbf_dot(from_a, e) - half_q * da;
 	if (!(u > 0) || !(v > 0)) {
-		u = da >= db ? 1 : 0;
+		u = da <= db ? 1 : 0;
 		v = 1 - u;
 	}
 	const float scale = 1 / (u + v);

@@ -617,6 +617,50 @@ static void test_degenerate(void **state)
 	bsdfrbf_context_free(context);
 }
 
+/* The point of a border of .1 degrees that is nearest to a direction beside it: to the last bits of the directions, though the lengths
+ * of rounded unit vectors differ by as much as its way along the border. */
+static void test_short_border(void **state)
+{
+	(void)state;
+	double worst = 0;
+	for (int turn = 0; turn < 180; turn++) {
+		scratch.count = 0;
+		add(&scratch, 20, 2 * turn - 40);
+		add(&scratch, 20, 2 * turn + 40);
+		add(&scratch, 50, 2 * turn);
+		add(&scratch, 50.05, 2 * turn + .1);
+		rbf_mesh m = build(RBF_ANISOTROPIC, &scratch, -1);
+		for (uint32_t i = 0; i < m.borders; i++) {
+			double a[3], b[3], e[3], out[3], d[3], p[3], near[3];
+			vertex_of(&m, m.border[i][0], a);
+			vertex_of(&m, m.border[i][1], b);
+			if (distance(a, b) > .01)
+				continue;
+			rbf_unit3(a);
+			rbf_unit3(b);
+			for (int k = 0; k < 3; k++)
+				e[k] = b[k] - a[k];
+			rbf_cross3(b, a, out); /* outwards: to the right of the way from a to b */
+			rbf_unit3(out);
+			for (int k = 0; k < 3; k++) {
+				near[k] = a[k] + .3 * e[k];
+				d[k] = near[k] + 1e-4 * out[k];
+			}
+			rbf_unit3(near);
+			rbf_unit3(d);
+			const float f[3] = { (float)d[0], (float)d[1], (float)d[2] };
+			uint32_t corner[3];
+			float weight[3];
+			assert_int_equal(rbf_mesh_locate(&m, f, corner, weight), RBF_MESH_BORDER | i);
+			reproduced(&m, corner, weight, p);
+			worst = fmax(worst, distance(p, near));
+		}
+		rbf_mesh_free(&m);
+	}
+	print_message("short borders: nearest point off by at most %.2g rad\n", worst);
+	assert_true(worst > 0 && worst < 5e-7);
+}
+
 /* Directions that nobody should ask for must not break anything. */
 static void test_odd_queries(void **state)
 {
@@ -728,6 +772,7 @@ int main(void)
 		cmocka_unit_test(test_folds),
 		cmocka_unit_test(test_images),
 		cmocka_unit_test(test_degenerate),
+		cmocka_unit_test(test_short_border),
 		cmocka_unit_test(test_odd_queries),
 		cmocka_unit_test(test_stress),
 		cmocka_unit_test(test_time),
