@@ -14,12 +14,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16, PEAK_AROUND = 48 };
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16, PEAK_AROUND = 48, GAP_AROUND = 48 };
 static const float PEAK_PART = .05f; /* of a peak's own height */
 static const double PEAK_SEEN = 2;      /* a sample lies within so many sigmas of a peak's top */
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
+static const double GAP = 2, GAP_NONE = 1.6; /* sigmas that bridge a gap between samples; up to so many times that it is none */
+static const float AXIS = .41421356f;   /* tan 22.5 degrees */
 static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
 static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
@@ -39,10 +41,12 @@ typedef struct rbf_fitting {
 	float *density;           /* of lobes that the signal asks for */
 	float *miss, *sorted;     /* scratch */
 	float *weight;            /* of the squared difference, all samples */
+	float *gap;               /* gap_at(), -1: not asked yet */
 	uint8_t *outlier;         /* 1: not used */
 	const float *level;       /* luminance of y */
 	uint32_t lobes;
 	float (*centre)[3];
+	float *across;            /* gap_at() of those that are samples */
 	float *kappa;
 	rbf_equations equations;
 	double *amplitude;        /* their solution, by channel */
@@ -52,10 +56,12 @@ typedef struct rbf_fitting {
 static void forget(work *k)
 {
 	free(k->centre);
+	free(k->across);
 	free(k->kappa);
 	rbf_equations_free(&k->equations);
 	free(k->amplitude);
 	k->centre = NULL;
+	k->across = NULL;
 	k->kappa = NULL;
 	k->amplitude = NULL;
 }
@@ -74,8 +80,9 @@ static int gather(work *k)
 	k->miss = malloc((in->count + 1) * sizeof(float));
 	k->sorted = malloc((in->count + 1) * sizeof(float));
 	k->weight = malloc((in->count + 1) * sizeof(float));
+	k->gap = malloc((in->count + 1) * sizeof(float));
 	k->outlier = calloc(in->count + 1, 1);
-	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->density || !k->miss || !k->sorted || !k->weight || !k->outlier;
+	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->density || !k->miss || !k->sorted || !k->weight || !k->gap || !k->outlier;
 	for (size_t i = 0; i < in->count && !failed; i++) {
 		if (k->hold > 1 && i % k->hold == k->hold / 2)
 			continue;
@@ -90,6 +97,8 @@ static int gather(work *k)
 		for (int c = 0; c < channels; c++)
 			k->y[c][i] = in->dsf[sample * (size_t)channels + (size_t)c] - k->lambertian[c] * k->tree.point[i][2] * (float)(1 / RBF_PI);
 	}
+	for (size_t i = 0; i < k->n && !failed; i++)
+		k->gap[i] = -1;
 	k->w = k->tree.point;
 	free(w);
 	free(from);
@@ -120,6 +129,28 @@ static void smooth(work *k, const float *y)
 	}
 }
 
+/* How far samples are apart about sample i, along the axis where they are farthest: those of a scan by arcs may be ten times as far
+ * from each other across the arcs as along them, and lobes as narrow as along would leave the dark between. Either side of an axis will
+ * do, as at the horizon or a hole there is but one; 0 if the nearest samples do not tell, as they all lie on one line. */
+static float gap_at(work *k, size_t i)
+{
+	uint32_t index[GAP_AROUND];
+	float distance[GAP_AROUND], t[3], u[3], nearest[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, widest = 0;
+	if (k->gap[i] >= 0)
+		return k->gap[i];
+	const int found = rbf_tree_nearest(&k->tree, k->w[i], GAP_AROUND, index, distance);
+	rbf_basis(k->w[i], t, u);
+	for (int n = 0; n < found; n++) {
+		const float x = rbf_dot(k->w[index[n]], t), y = rbf_dot(k->w[index[n]], u);
+		const int axis = fabsf(y) < AXIS * fabsf(x) ? 0 : fabsf(x) < AXIS * fabsf(y) ? 1 : x * y > 0 ? 2 : 3;
+		if (distance[n] > 1e-10f)
+			nearest[axis] = fminf(nearest[axis], distance[n]);
+	}
+	for (int a = 0; a < 4; a++)
+		widest = fmaxf(widest, nearest[a]);
+	return k->gap[i] = widest < INFINITY ? sqrtf(widest) : 0;
+}
+
 /* The farthest-point order is a hierarchy: its first quarter covers the same ground at twice the spacing. Each such level adds
  * its centres once more with the width of its own spacing, so that smooth parts can be carried by few wide lobes. */
 static int widths(work *k)
@@ -137,6 +168,9 @@ static int widths(work *k)
 			for (int i = 0; i < found; i++)
 				sum += sqrt((double)distance[i]); /* its own is 0 */
 			double sigma = found > 1 ? WIDTH * sum / (found - 1) : SIGMA_MAX;
+			const double across = (double)k->across[j] / GAP;
+			if (across > GAP_NONE * sigma)
+				sigma = fmin(across, sigma + 3 * (across - GAP_NONE * sigma));
 			sigma = fmin(fmax(sigma, SIGMA_MIN), SIGMA_MAX);
 			const uint32_t at = level == finest ? j : k->lobes++;
 			memcpy(k->centre[at], k->centre[j], sizeof *k->centre);
@@ -281,11 +315,14 @@ static int place(work *k, uint32_t lobes)
 		lobes = 0; /* nothing but the Lambertian part */
 	k->centre = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->centre);
 	k->kappa = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->kappa);
+	k->across = malloc(((size_t)lobes + 1) * sizeof *k->across);
 	uint32_t *order = malloc(((size_t)lobes + 1) * sizeof *order);
-	const ptrdiff_t placed = !k->centre || !k->kappa || !order ? -1
+	const ptrdiff_t placed = !k->centre || !k->kappa || !k->across || !order ? -1
 		: rbf_farthest(k->n, (const float (*)[3])k->w, k->density, lobes, order);
-	for (ptrdiff_t j = 0; j < placed; j++)
+	for (ptrdiff_t j = 0; j < placed; j++) {
 		memcpy(k->centre[j], k->w[order[j]], sizeof *k->centre);
+		k->across[j] = gap_at(k, order[j]);
+	}
 	free(order);
 	if (placed < 0)
 		return -1;
@@ -409,6 +446,7 @@ void rbf_fit_end(rbf_fitting *k)
 	free(k->miss);
 	free(k->sorted);
 	free(k->weight);
+	free(k->gap);
 	free(k->outlier);
 	free(k);
 }

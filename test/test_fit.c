@@ -382,6 +382,31 @@ static void circles(void **state)
 	rbf_lobes_free(&l);
 }
 
+static double grazing(const double o[3]) { return beam(o, .8, .52, 60) + .3 * beam(o, -.9, .2, 120) + .02 * o[2]; }
+
+/* A scan by arcs, samples along them far nearer to each other than arcs are: nothing is lost between arcs. */
+static void arcs(void **state)
+{
+	(void)state;
+	rbf_lobes l;
+	float error;
+	incidence.count = 0;
+	for (int p = 0; p < 60; p++)
+		for (int t = 0; t < 90; t++) {
+			const double theta = (t + .5) * DEGREE, phi = 6 * p * DEGREE;
+			double *o = outgoing + 3 * incidence.count;
+			o[0] = sin(theta) * cos(phi);
+			o[1] = sin(theta) * sin(phi);
+			o[2] = cos(theta);
+			dsf[incidence.count++] = (float)grazing(o);
+		}
+	assert_int_equal(rbf_fit(&incidence, 1, nothing, 1000, 0, &l, &error), 0);
+	const double off = error_of(&l, grazing);
+	print_message("arcs: L1 %.4f\n", off);
+	assert_true(off < .005);
+	rbf_lobes_free(&l);
+}
+
 static double spike(const double o[3]) { return o[0] > .299 && o[0] < .304 && o[1] > 0 && o[1] < .1 ? 50 : 0; }
 static double zero(const double o[3]) { return 0 * o[0]; }
 static double negative(const double o[3]) { return -o[2]; }
@@ -435,6 +460,7 @@ int main(void)
 		cmocka_unit_test(diffuse_part),
 		cmocka_unit_test(narrow_peak), cmocka_unit_test(low_peak),
 		cmocka_unit_test(circles),
+		cmocka_unit_test(arcs),
 		cmocka_unit_test(unusual_samples),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
