@@ -20,7 +20,7 @@
 
 enum { QUERIES = 40, SAMPLES = 6000 };
 enum { RING = 720 };
-static const double SIGNIFICANCE = 1e-4, JUMP = .1;
+static const double SIGNIFICANCE = 1e-4, JUMP = .1, SEEN = .02;
 static const char *const scheme_name[] = {"scattered", "clustered", "collinear", "grazing", "slivers", "rings", "few"};
 enum { SCHEMES = sizeof scheme_name / sizeof *scheme_name };
 
@@ -203,6 +203,26 @@ static int sound(const float *v, int channels)
 	return 1;
 }
 
+/* How much f changes over what the rounding of an incidence moves it: a lot, beside f, at a vertex without light of its own that has
+ * a bright one half a degree away, whose weight is then all there is. */
+static double rounding(const subject *s, const float in[3], const float out[3], float f)
+{
+	float t[3], u[3];
+	double most = 0;
+	rbf_basis(in, t, u);
+	for (int side = 0; side < 4; side++) {
+		const float step = side % 2 ? 3e-7f : -3e-7f, *along = side < 2 ? t : u;
+		float beside[3], value[3];
+		for (int n = 0; n < 3; n++)
+			beside[n] = in[n] + step * along[n];
+		if (!(beside[2] > 0))
+			continue;
+		bsdfrbf_eval_scatter(s->model, beside, out, value);
+		most = fmax(most, fabs((double)(value[0] - f)));
+	}
+	return 2 * most;
+}
+
 /* Finite and not negative, whatever is asked; zero where there is no direction. Lengths do not matter. */
 static void check_values(const subject *s, const float in[3], const float out[3])
 {
@@ -215,7 +235,8 @@ static void check_values(const subject *s, const float in[3], const float out[3]
 	const float a[3] = {in[0] * 0x1p40f, in[1] * 0x1p40f, in[2] * 0x1p40f}, b[3] = {out[0] * 0x1p-30f, out[1] * 0x1p-30f, out[2] * 0x1p-30f};
 	bsdfrbf_eval(s->model, a, b, scaled);
 	/* what is a unit vector is made one again, which may change its last bits */
-	if (!(fabsf(scaled[0] - value[0]) <= 1e-2f * value[0] + 1e-6f) && s->plan.kappa_high < 1e4)
+	if (!(fabsf(scaled[0] - value[0]) <= 1e-2f * value[0] + 1e-6f) && s->plan.kappa_high < 1e4
+			&& !((double)fabsf(scaled[0] - value[0]) <= rounding(s, in, out, value[0])))
 		failed(s, "f is %g for other lengths of the vectors, not %g", (double)scaled[0], (double)value[0]);
 	const float pdf = bsdfrbf_pdf(s->model, in, out);
 	bsdfrbf_resolution(s->model, in, out, 0, &low, &high);
@@ -258,7 +279,7 @@ static void check_precision(const subject *s, const float in[3], const float out
 	reference_dsf(&site, folded, truth);
 	values++;
 	for (uint32_t n = 0; n < s->c->channels; n++) {
-		const double error = fabs((double)value[n] - truth[n]) / (truth[n] + 1e-4 * peak + 1e-20);
+		const double error = fabs((double)value[n] - truth[n]) / (truth[n] + 1e-4 * peak + 1e-12);
 		*worst = fmax(*worst, error);
 	}
 }
@@ -298,8 +319,8 @@ static void check_symmetry(const subject *s, const float in[3], const float out[
 		bsdfrbf_eval_scatter(s->model, a, b, turned);
 		/* an angle error of 2e-7 between two vectors, relative to the narrowest lobe */
 		const double tolerance = 1e-5 * sqrt(s->plan.kappa_high) + 1e-3;
-		const double z = fmax((double)out[2], .01);
-		if (fabs((double)(value[0] - turned[0])) * z > tolerance * (z * (double)value[0] + 1e-2 * peak))
+		const double z = fmax((double)out[2], .01), apart = fabs((double)(value[0] - turned[0])) * z;
+		if (apart > tolerance * (z * (double)value[0] + 1e-2 * peak) && apart > z * rounding(s, in, out, value[0]))
 			failed(s, "turned by %.1f degrees, f is %g instead of %g (peak %g)", phi / DEGREE, (double)turned[0], (double)value[0], peak / z);
 		return;
 	}
@@ -395,7 +416,7 @@ static void check_continuity(const subject *s, double *worst)
 }
 
 /* DHR of the table, and the samples, against quadrature. Not where frames carry nearly all out of the hemisphere: there draws are
- * rejected till none is left, see bsdfrbf_sample(). */
+ * rejected till none is left (of 256: one call in a hundred at SEEN), see bsdfrbf_sample(), and DHR is that of lobes' tails. */
 static void check_energy(const subject *s, double *table_error, double *lobe_error, double *deviate)
 {
 	question q = {.model = s->model};
@@ -415,7 +436,7 @@ static void check_energy(const subject *s, double *table_error, double *lobe_err
 	for (uint32_t k = 0; k < site.corners; k++)
 		for (uint32_t f = 0; f < s->c->frames; f++)
 			sent += (double)site.weight[k] * s->c->set[site.base[k] * s->c->frames + f].mass[0];
-	if (truth < 1e-3 * sent)
+	if (truth < SEEN * sent)
 		lost++;
 	else if (truth > 1e-12) {
 		int bins, drawn;
