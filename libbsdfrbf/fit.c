@@ -260,14 +260,11 @@ static void peaks(work *k)
 {
 	static const int nearest[] = {PEAK_AROUND / 4, PEAK_AROUND / 2, PEAK_AROUND};
 	struct { size_t sample; float prominence, base; } most[PEAKS + 1];
-	float top = 0;
 	int found = 0;
-	for (size_t i = 0; i < k->n; i++)
-		top = fmaxf(top, k->smooth[i]);
-	for (size_t i = 0; i < k->n && top > 0; i++) {
+	for (size_t i = 0; i < k->n && k->top > 0; i++) {
 		uint32_t index[PEAK_AROUND];
 		float distance[PEAK_AROUND], around = 0, base = k->smooth[i];
-		if (k->smooth[i] < (float)WEIGHT_FLOOR * top)
+		if (k->smooth[i] < (float)WEIGHT_FLOOR * k->top)
 			continue;
 		const int near = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH, index, distance);
 		int highest = 1;
