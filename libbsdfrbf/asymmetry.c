@@ -1,32 +1,44 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "asymmetry.h"
 #include "difference.h"
+#include "neighbours.h"
 
-static const float SELF = .0087f; /* half a degree: an incidence and its image are the same */
+#include <stdlib.h>
 
-void rbf_asymmetry(const rbf_fitted *m, float lambertian, float *mean, float *worst, uint32_t *base)
+static const float SAME = .0087f; /* half a degree: an incidence is the image of another */
+
+int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertian, rbf_asymmetry *found)
 {
 	int op[4] = {RBF_OP_NONE, RBF_OP_Y, 0, 0}, ops = 2, count = 0;
 	double sum = 0;
-	if (m->symmetry != RBF_ISOTROPIC) /* an isotropic material is a mirror image of itself about the plane of incidence */
-		ops = rbf_symmetry_ops(m->symmetry, op);
-	*worst = -1;
-	*base = 0;
-	for (uint32_t b = 0; b < m->bases; b++) {
-		const float d[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
-		for (int i = 0; i < ops; i++) {
-			float image[3];
-			rbf_mirror((unsigned)op[i], d, image);
-			if (op[i] == RBF_OP_NONE || hypotf(image[0] - d[0], image[1] - d[1]) > SELF)
+	rbf_tree tree;
+	float (*d)[3] = malloc(((size_t)m->bases + 1) * sizeof *d);
+	for (uint32_t b = 0; b < m->bases && d; b++)
+		for (int n = 0; n < 3; n++)
+			d[b][n] = (float)m->direction[3*b + (uint32_t)n];
+	const int failed = !d || rbf_tree_build(&tree, m->bases, (const float (*)[3])d);
+	if (symmetry != RBF_ISOTROPIC) /* an isotropic material is a mirror image of itself about the plane of incidence */
+		ops = rbf_symmetry_ops(symmetry, op);
+	*found = (rbf_asymmetry){.mean = -1, .worst = -1};
+	for (uint32_t b = 0; b < m->bases && !failed; b++)
+		for (int i = 1; i < ops; i++) { /* the first is none */
+			float image[3], distance;
+			uint32_t other;
+			rbf_mirror((unsigned)op[i], d[b], image);
+			if (rbf_tree_nearest(&tree, image, 1, &other, &distance) < 1 || distance > SAME * SAME || other < b) /* a pair counts once */
 				continue;
-			const float l1 = rbf_difference(&m->lobes[b], &m->lobes[b], (unsigned)op[i], lambertian);
+			const float l1 = rbf_difference(&m->lobes[b], &m->lobes[other], (unsigned)op[i], lambertian);
 			sum += (double)l1;
 			count++;
-			if (l1 > *worst) {
-				*worst = l1;
-				*base = b;
+			if (l1 > found->worst) {
+				found->worst = l1;
+				found->base = b;
 			}
 		}
-	}
-	*mean = count ? (float)(sum / count) : -1;
+	if (count)
+		found->mean = (float)(sum / count);
+	if (d && !failed)
+		rbf_tree_free(&tree);
+	free(d);
+	return failed ? -1 : 0;
 }

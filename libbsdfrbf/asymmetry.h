@@ -4,8 +4,14 @@
 #define RBF_ASYMMETRY_H
 #include "label.h"
 
-/* Relative L1 between exitant distributions and their images, at incidences that the symmetry maps onto themselves: those
- * on a mirror axis, and the normal. *mean: over these incidences and operations, < 0: there are none. *worst, *base: the
- * largest, and where. lambertian: luminance of the Lambertian part (it counts in the denominator). */
-void rbf_asymmetry(const rbf_fitted *fitted, float lambertian, float *mean, float *worst, uint32_t *base);
+typedef struct rbf_asymmetry {
+	float mean;      /* over all such incidences and operations, < 0: there are none */
+	float worst;
+	uint32_t base;   /* where */
+} rbf_asymmetry;
+
+/* Relative L1 between exitant distributions and the images of others, at incidences that a symmetry maps onto each other, as on the
+ * two sides of a mirror axis, or onto themselves, as on that axis and at the normal. lambertian: luminance of the Lambertian part (it
+ * counts in the denominator). Returns 0, or -1 when out of memory. */
+int rbf_asymmetry_of(const rbf_fitted *fitted, rbf_symmetry symmetry, float lambertian, rbf_asymmetry *found);
 #endif

@@ -20,6 +20,7 @@ static const double SAME_DEG = .25;      /* incidences closer than this are one 
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 enum { FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
+static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 static const float LOBES_GAIN = .95f, LOBES_SAME = 1.005f;
 
@@ -269,20 +270,41 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	return BSDFRBF_OK;
 }
 
-/* Tells the user when the data contradict the symmetry. */
-static void check_symmetry(bsdfrbf_context *context, const char *name, const job *j, rbf_component *c)
+/* What the azimuths say of the symmetry, the data may contradict: then half a circle is taken as half a turn rather than as a mirror
+ * image, if they agree with that and nothing was asked for; else the user is told. */
+static bsdfrbf_status settle_symmetry(bsdfrbf_context *context, const char *name, int asked, job *j, rbf_component *c)
 {
-	float worst;
-	uint32_t base;
-	rbf_asymmetry(&j->fitted, c->lambertian[rbf_luminance(j->fitted.channels)], &c->facts.asymmetry, &worst, &base);
+	rbf_fitted *m = &j->fitted;
+	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
 	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
-	if (c->facts.asymmetry > noise) {
-		double theta, phi;
-		angles(j->direction + 3*base, &theta, &phi);
-		rbf_warn(context, "%s: taken as %s, but the data differ from their mirror images by %.0f %% on average and %.0f %% at theta %.1f phi %.1f; "
-			"check the sample's orientation, or measure the other azimuths", name, j->symmetry.text,
-			100 * (double)c->facts.asymmetry, 100 * (double)worst, theta, phi);
+	const int half = m->symmetry == RBF_BILATERAL_X || m->symmetry == RBF_BILATERAL_Y;
+	rbf_asymmetry found, turned;
+	if (rbf_asymmetry_of(m, m->symmetry, lambertian, &found))
+		return out_of_memory(context);
+	c->facts.asymmetry = found.mean;
+	if (!(found.mean > noise))
+		return BSDFRBF_OK;
+	if (half && !asked) {
+		if (rbf_asymmetry_of(m, RBF_UP, lambertian, &turned))
+			return out_of_memory(context);
+		if (turned.mean >= 0 && turned.mean < fmaxf(noise, ASYMMETRY_LESS * found.mean)) {
+			rbf_warn(context, "%s: azimuths of half a circle suggest %s, but the data differ from their mirror images by %.0f %% on average, "
+				"and by %.1f %% after half a turn: taken as up, the latter; -s decides otherwise", name, j->symmetry.text,
+				100 * (double)found.mean, 100 * (double)turned.mean);
+			rbf_symmetry_found(RBF_UP, &j->symmetry);
+			m->symmetry = RBF_UP;
+			c->facts.asymmetry = turned.mean;
+			if (!(turned.mean > noise))
+				return BSDFRBF_OK;
+			found = turned;
+		}
 	}
+	double theta, phi;
+	angles(j->direction + 3*found.base, &theta, &phi);
+	rbf_warn(context, "%s: taken as %s, but the data differ from their images by %.0f %% on average and %.0f %% at theta %.1f phi %.1f; "
+		"check the sample's orientation, or measure the other azimuths", name, j->symmetry.text,
+		100 * (double)found.mean, 100 * (double)found.worst, theta, phi);
+	return BSDFRBF_OK;
 }
 
 static float longest(const rbf_component *c)
@@ -342,10 +364,10 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	RBF_TRY(fit_all(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
+	RBF_TRY(settle_symmetry(context, name, symmetry != 0, j, c));
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, -1, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
-	check_symmetry(context, name, j, c);
 	if (rbf_label_prepare(&j->fitted))
 		return out_of_memory(context);
 	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .4 * span, from + .8 * span, &j->choice));

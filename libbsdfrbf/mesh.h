@@ -78,11 +78,14 @@ typedef struct rbf_symmetry_choice {
 
 /* Finds the symmetry from coverage: all directions (beyond a degree from the normal) at one azimuth: isotropic;
  * within one quadrant: quadrilateral; within one half bounded by the x or the y axis: bilateral, mirrored
- * across that axis; covering 180 degrees otherwise: "up" is only taken when asked for; the full circle: anisotropic. `asked` is 0, 'I', 'Q',
+ * across that axis (or unchanged by half a turn, "up": the data tell, or asked); the full circle: anisotropic. `asked` is 0, 'I', 'Q',
  * 'B', 'U' or 'A' (as -s of pabopto2bsdf(1)) and wins, with DATA error if the coverage cannot support it.
  * Coverage that fits nothing: DATA error that lists the azimuths that are missing. directions: count x 3. */
 bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const double *directions, char asked,
 	rbf_symmetry_choice *choice);
+
+/* Another symmetry in its place, that the data have and the coverage allows. */
+void rbf_symmetry_found(rbf_symmetry symmetry, rbf_symmetry_choice *choice);
 
 /* Mesh over the directions (count x 3, unit, z >= 0, no duplicates) mirrored by the group. count >= 1.
  * exclude: index of a measured incidence that is left out together with its mirror images (leave-one-out), or -1;

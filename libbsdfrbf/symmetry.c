@@ -3,7 +3,7 @@
  * Symmetry of a material from the azimuths at which it was lit.
  *
  * The rules follow the manual page pabopto2bsdf(1): one azimuth means isotropic, a quarter of the circle
- * quadrilateral, a half bilateral (or "up", which has the same coverage and must be asked for), the full circle
+ * quadrilateral, a half bilateral (or "up", which has the same coverage: the data decide, see build.c), the full circle
  * anisotropic. What that program accepts silently although a sector is missing is refused here, with the
  * missing azimuths named.
  */
@@ -214,6 +214,16 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 		snprintf(choice->text, sizeof choice->text, "%s%s (azimuths %.0f to %.0f measured)", name_of(symmetry),
 			asked ? ", asked for" : "", first, last);
 	return BSDFRBF_OK;
+}
+
+void rbf_symmetry_found(rbf_symmetry symmetry, rbf_symmetry_choice *choice)
+{
+	char measured[sizeof choice->text] = "";
+	const char *tail = strstr(choice->text, " (azimuths");
+	if (tail)
+		memcpy(measured, tail, strlen(tail) + 1);
+	choice->symmetry = symmetry;
+	snprintf(choice->text, sizeof choice->text, "%s, by the data%.*s", name_of(symmetry), 100, measured);
 }
 
 bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const double *directions, char asked,

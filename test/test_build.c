@@ -207,6 +207,56 @@ static void a_beam_is_learned(void **state)
 	bsdfrbf_context_free(context);
 }
 
+/* The last warning's text. */
+static char last_warning[400];
+static void keep_warning(void *user, const char *text)
+{
+	(void)user;
+	warned++;
+	snprintf(last_warning, sizeof last_warning, "%s", text);
+}
+
+/* Half a circle of azimuths is what a mirror image needs as well as half a turn: which of them it is, the data say. */
+static void half_a_turn_is_found(void **state)
+{
+	(void)state;
+	static const plan p = {"grooves", 4, 7, {0, 20, 40, 60}, 0, 30, 100};
+	for (int asked = 0; asked < 2; asked++) {
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = fixture_data(context, grooves, NULL, 0, 1, &p);
+		bsdfrbf_build_options options;
+		bsdfrbf_model *m;
+		bsdfrbf_component_info info;
+		const float in[3] = {-.45f, -.3f, .841f};
+		const double i[3] = {(double)in[0], (double)in[1], (double)in[2]};
+		double difference = 0, total = 0;
+		bsdfrbf_build_defaults(&options);
+		options.lobes = p.lobes;
+		options.symmetry = asked ? 'B' : 0;
+		last_warning[0] = 0;
+		bsdfrbf_set_warning(context, keep_warning, NULL);
+		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
+		assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+		assert_non_null(strstr(info.symmetry_text, asked ? "bilateral, mirror y, asked for" : "180 degrees (up), by the data (azimuths 0 to 180 measured)"));
+		assert_non_null(strstr(last_warning, asked ? "differ from their images by" : "taken as up"));
+		for (int q = 0; q < 2000; q++) { /* beyond what was measured: half a turn from it */
+			const double r = sqrt((q + .5) / 2000), phi = 2 * RBF_PI * .6180339887 * q, out[3] = {r * cos(phi), r * sin(phi), sqrt(1 - r*r)};
+			const float o[3] = {(float)out[0], (float)out[1], (float)out[2]};
+			double truth[3];
+			float value[3];
+			grooves(i, out, truth);
+			bsdfrbf_eval(m, in, o, value);
+			difference += fabs((double)value[0] - truth[0]);
+			total += truth[0];
+		}
+		print_message("%s: L1 %.4f\n", info.symmetry_text, difference / total);
+		assert_true(asked ? difference > .2 * total : difference < .06 * total);
+		bsdfrbf_close(m);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 /* No steps: queries a little apart, across edges and vertices of the mesh, differ a little. Across a mirror axis the fit of an
  * incidence that lies on it meets its own mirror image, and steps by the error of the fit. */
 static void no_steps(void **state)
@@ -422,15 +472,6 @@ static void unusable_data(void **state)
 	bsdfrbf_context_free(context);
 }
 
-/* The last warning's text. */
-static char last_warning[400];
-static void keep_warning(void *user, const char *text)
-{
-	(void)user;
-	warned++;
-	snprintf(last_warning, sizeof last_warning, "%s", text);
-}
-
 /* Reflects .9 of everything, and transmits share times |cos(incidence)| of it. */
 static double transmitted;
 static void bright(const double in[3], const double out[3], double xyz[3])
@@ -484,6 +525,7 @@ int main(void)
 		cmocka_unit_test(unusual_plans),
 		cmocka_unit_test(measured_incidences_are_met),
 		cmocka_unit_test(a_beam_is_learned),
+		cmocka_unit_test(half_a_turn_is_found),
 		cmocka_unit_test(no_steps),
 		cmocka_unit_test(cut_offs_are_found),
 		cmocka_unit_test(symmetry_holds),
