@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "arrays.h"
+#include "cull.h"
 #include "dhr.h"
 
 #define CELLS (1ull * RBF_MESH_GRID * RBF_MESH_GRID)
-#define CULL_CELLS (1ull * RBF_CULL_GRID * RBF_CULL_GRID)
 #define DHR_ENTRIES (c->channels * ((uint64_t)c->mesh.elements * rbf_dhr_element_nodes(c) + (uint64_t)c->mesh.borders * rbf_dhr_border_nodes(c)))
 
 const rbf_array rbf_array_row[RBF_ARRAY_ROWS] = {

@@ -31,7 +31,8 @@
 	X(22, "shift of",       shift_of,          c->residual * 6ull * c->mesh.elements, RBF_ARRAY_INDEX) \
 	X(23, "dhr",            dhr,               DHR_ENTRIES,                      RBF_ARRAY_FLOAT) \
 	X(24, "incidences",     base_info,         c->mesh.bases,                    RBF_ARRAY_INDEX) \
-	X(25, "cull",           cull,              CULL_CELLS * c->sets,             RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
+	X(25, "wide cull",      cull_wide,         RBF_CULL_CELLS * c->sets,         RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
+	X(33, "cull",           cull,              rbf_cull_words(c->blocks),        RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
 	X(26, "lobes",          block,             c->blocks,                        RBF_ARRAY_FLOAT) \
 	X(27, "amplitudes",     amplitude,         1ull * c->channels * c->blocks,   RBF_ARRAY_FLOAT) \
 	X(28, "cumulative",     cumulative,        2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \

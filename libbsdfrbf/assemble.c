@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "assemble.h"
+#include "cull.h"
 #include "sample.h"
 
 #include <stdlib.h>
@@ -197,7 +198,7 @@ void rbf_assemble_shift(const rbf_fitted *m, const rbf_component *c, const float
  * set's smallest value there are left out. The cell is taken as a disc around its centre. */
 static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy, float reach, float bound[64], uint64_t *mask)
 {
-	const uint32_t group = (set->blocks + 63) / 64, groups = set->blocks ? (set->blocks + group - 1) / group : 0;
+	const uint32_t group = rbf_cull_group(set->blocks), groups = set->blocks ? (set->blocks + group - 1) / group : 0;
 	const uint32_t y = rbf_luminance(c->channels);
 	float centre[3], corner[9][3], radius = 0;
 	for (int n = 0; n < 9; n++) {
@@ -258,9 +259,10 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 
 int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 {
-	const size_t cells = RBF_CULL_GRID * RBF_CULL_GRID;
-	uint64_t *cull = malloc((c->sets * cells + 1) * sizeof *cull);
-	if (!cull || (reach > 0 && rbf_assemble_bounds(c))) {
+	const size_t cells = RBF_CULL_CELLS;
+	uint64_t *wide = malloc((c->sets * cells + 1) * sizeof *wide), *cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *cull);
+	if (!wide || !cull || (reach > 0 && rbf_assemble_bounds(c))) {
+		free(wide);
 		free(cull);
 		return -1;
 	}
@@ -268,8 +270,12 @@ int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 	for (int64_t s = 0; s < (int64_t)c->sets; s++) {
 		float bound[64];
 		for (int cell = 0; cell < (int)cells && rbf_team_mine(team, (uint64_t)s); cell++)
-			cull_cell(c, &c->set[s], cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &cull[(size_t)s * cells + (size_t)cell]);
+			cull_cell(c, &c->set[s], cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &wide[(size_t)s * cells + (size_t)cell]);
 	}
 	c->cull = cull;
-	return rbf_team_share_rows(team, c->sets, cells * sizeof *cull, cull);
+	const int failed = rbf_team_share_rows(team, c->sets, cells * sizeof *wide, wide);
+	for (size_t i = 0; i < c->sets * cells && !failed; i++)
+		rbf_cull_write(cull, &c->set[i / cells], (uint32_t)(i % cells), wide[i]);
+	free(wide);
+	return failed;
 }

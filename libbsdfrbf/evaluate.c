@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "bounds.h"
 #include "clones.h"
+#include "cull.h"
 #include "dhr.h"
 #include "evaluate.h"
 
@@ -234,28 +235,28 @@ void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], 
 	map_alone(site, frame, exitant, share, factor, mapped);
 }
 
-/* Word of the culling masks for a set and a direction in the base's coordinates. Below the horizon everything counts. */
-static inline const uint64_t *groups_at(const rbf_component *c, uint32_t set, const float direction[3])
+/* Culling mask for a set, index s, and a direction in the base's coordinates. Below the horizon everything counts. */
+static inline rbf_cull_mask groups_at(const uint64_t *packed, const uint64_t *wide, uint32_t s, const rbf_set *set, const float direction[3])
 {
-	static const uint64_t everything = ~(uint64_t)0;
-	float disc[2];
-	uint32_t cell[2];
-	if (!c->cull)
-		return &everything;
-	rbf_disc_from_direction(direction, disc);
-	for (int n = 0; n < 2; n++) {
-		const float t = (disc[n] + 1) * (RBF_CULL_GRID * .5f), high = t > 0 ? t : 0; /* may be not a number */
-		cell[n] = (uint32_t)(int32_t)(high < RBF_CULL_GRID - .5f ? high : RBF_CULL_GRID - .5f);
-	}
-	const uint64_t *word = c->cull + (size_t)set * (RBF_CULL_GRID * RBF_CULL_GRID) + cell[1] * RBF_CULL_GRID + cell[0];
-	return direction[2] > 0 ? word : &everything;
+	static const uint64_t everything = ~(uint64_t)0; /* from any bit at which a mask begins */
+	if (!packed && !wide)
+		return (rbf_cull_mask){(const char *)&everything, 0};
+	/* as rbf_disc_from_direction(), whose result does not matter below the horizon */
+	const float scale = 1 / sqrtf(1 + fabsf(direction[2]));
+	lanes t = ((lanes){direction[0], direction[1], 0, 0} * all(scale) + 1) * (RBF_CULL_GRID * .5f);
+	t = select(t > all(0), t, all(0)); /* may be not a number */
+	const lane_mask cell = __builtin_convertvector(select(t < all(RBF_CULL_GRID - .5f), t, all(RBF_CULL_GRID - .5f)), lane_mask);
+	rbf_cull_mask mask = rbf_cull_at(packed, wide, s, set, (uint32_t)(cell[1] * RBF_CULL_GRID + cell[0]));
+	mask.at = direction[2] > 0 ? mask.at : (const char *)&everything;
+	return mask;
 }
 
 /* What is to be summed at a folded exitant direction, one job for every corner and frame that counts; the masks are still to be read. */
 RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3], uint32_t channels, rbf_kernel_job job[RBF_SITE_JOBS],
-	const uint64_t *mask[RBF_SITE_JOBS])
+	rbf_cull_mask mask[RBF_SITE_JOBS])
 {
 	const rbf_component *c = site->component;
+	const uint64_t *packed = c->cull, *wide = c->cull_wide;
 	uint32_t jobs = 0;
 	for (uint32_t f = 0; f < c->frames; f++) {
 		float share[3], factor[3], mapped[3][3];
@@ -266,15 +267,15 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 			const float w = site->weight[k] * share[k] * factor[k];
 			rbf_kernel_job *j = &job[jobs];
 			rbf_mirror(site->vertex_op[k], mapped[k], j->direction);
-			mask[jobs] = groups_at(c, s, j->direction);
-			__builtin_prefetch(mask[jobs]);
+			mask[jobs] = groups_at(packed, wide, s, set, j->direction);
+			__builtin_prefetch(mask[jobs].at);
 			j->weight = w;
 			j->blocks = set->blocks;
 			j->block = c->block + set->first;
 			j->amplitude = c->amplitude + set->first;
 			j->stride = c->blocks;
 			j->channels = channels;
-			j->group = (set->blocks + 63) / 64;
+			j->group = rbf_cull_group(set->blocks);
 			j->shift[0] = j->shift[1] = NULL;
 			if (site->shift[k][0] || site->shift[k][1]) { /* also of a component that has none itself, as while it is chosen */
 				const uint32_t start = set->first - c->set[site->base[k] * c->frames].first;
@@ -289,16 +290,16 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 	return jobs;
 }
 
-static void read_masks(uint32_t jobs, const uint64_t *const mask[], rbf_kernel_job job[])
+static void read_masks(uint32_t jobs, const rbf_cull_mask mask[], rbf_kernel_job job[])
 {
 	for (uint32_t n = 0; n < jobs; n++)
-		job[n].mask = *mask[n];
+		job[n].mask = rbf_cull_read(mask[n]);
 }
 
 void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3])
 {
 	rbf_kernel_job job[RBF_SITE_JOBS];
-	const uint64_t *mask[RBF_SITE_JOBS];
+	rbf_cull_mask mask[RBF_SITE_JOBS];
 	const uint32_t jobs = jobs_at(site, exitant, site->component->channels, job, mask);
 	value[0] = value[1] = value[2] = 0;
 	read_masks(jobs, mask, job);
@@ -309,7 +310,7 @@ void rbf_site_width(const rbf_site *site, const float exitant[3], float sum[2])
 {
 	const rbf_component *c = site->component;
 	rbf_kernel_job job[RBF_SITE_JOBS];
-	const uint64_t *mask[RBF_SITE_JOBS];
+	rbf_cull_mask mask[RBF_SITE_JOBS];
 	float value[3] = {0, 0, 0};
 	const uint32_t jobs = jobs_at(site, exitant, RBF_KERNEL_WIDTH, job, mask);
 	read_masks(jobs, mask, job);
@@ -449,7 +450,7 @@ typedef struct pair {
 	const rbf_component *component;
 	uint32_t jobs;
 	float scale;
-	const uint64_t *mask[RBF_SITE_JOBS];
+	rbf_cull_mask mask[RBF_SITE_JOBS];
 	rbf_kernel_job job[RBF_SITE_JOBS];
 } pair;
 

@@ -83,8 +83,9 @@ typedef struct rbf_component {
 	const rbf_amplitude *amplitude; /* [channels][blocks] */
 	const float *cumulative;        /* [2][blocks * RBF_LANES]: running sums within each set, for sampling */
 	const float *reach;             /* [2][blocks * RBF_LANES]: per lobe, bounds used by sampling: H and T (sample.c) */
-	/* culling: for set s, cell c: bit b set if the b-th group of blocks matters; a group is ceil(set.blocks / 64) blocks */
-	const uint64_t *cull;           /* [sets][RBF_CULL_GRID^2], or NULL */
+	/* culling: for each set and cell, which groups of ceil(set.blocks / 64) blocks matter; one of the two, or both NULL */
+	const uint64_t *cull;           /* packed, see cull.h */
+	const uint64_t *cull_wide;      /* [sets][RBF_CULL_GRID^2]: only of files that were written before masks were packed */
 	/* residual transport: shift_of[element * 6 + corner * 2 + n] = first entry in `shift` for the corner's base, towards
 	 * the n-th other corner (in cyclic order: corner+1, corner+2 mod 3); RBF_NO_SHIFT: no motion. */
 	const uint32_t *shift_of;

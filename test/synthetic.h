@@ -10,7 +10,7 @@
 typedef struct synthetic {
 	uint32_t channels, symmetry, bases, vertices, elements, borders, cell_entries;
 	uint32_t frames, residual, blocks_per_set, dhr_steps;
-	int cull;
+	int optional;   /* arrays: 0: none of them, 1: as written now, 2: with culling masks as in files before */
 } synthetic;
 
 static const synthetic synthetic_small = {1, RBF_BILATERAL_Y, 2, 3, 1, 2, 5, 1, 1, 1, 2, 0};
@@ -113,7 +113,8 @@ static inline void synthetic_component(const synthetic *want, uint64_t seed, rbf
 	for (int row = 0; row < RBF_ARRAY_ROWS; row++) {
 		const uint64_t entries = rbf_array_entries(c, row);
 		const size_t bytes = (size_t)(entries * rbf_array_row[row].entry);
-		if (!entries || (rbf_array_row[row].holds & RBF_ARRAY_OPTIONAL && !want->cull))
+		if (!entries || (rbf_array_row[row].holds & RBF_ARRAY_OPTIONAL && !want->optional)
+				|| row == (want->optional == 2 ? RBF_ARRAY_ROW_33 : RBF_ARRAY_ROW_25))
 			continue;
 		float *array = calloc(1, bytes);
 		for (size_t i = 0; i < bytes / 4 && rbf_array_row[row].holds & (RBF_ARRAY_FLOAT | RBF_ARRAY_BITS); i++)

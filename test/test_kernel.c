@@ -6,6 +6,7 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "cull.h"
 #include "evaluate.h"
 #include "model_fixture.h"
 #include "random_model.h"
@@ -75,22 +76,35 @@ static void vectors_agree_with_reference(void **state)
 	}
 }
 
-/* Without the masks, or with: the set's value differs by less than the bound. */
+/* As files before had them. */
+static uint64_t *wide_masks(const rbf_component *c)
+{
+	uint64_t *wide = malloc(c->sets * RBF_CULL_CELLS * sizeof *wide);
+	for (size_t i = 0; i < c->sets * RBF_CULL_CELLS; i++) {
+		const rbf_set *set = &c->set[i / RBF_CULL_CELLS];
+		wide[i] = set->blocks ? rbf_cull_read(rbf_cull_packed(c->cull, set, (uint32_t)(i % RBF_CULL_CELLS))) : 0;
+	}
+	return wide;
+}
+
+/* Without the masks, or with: the set's value differs by less than the bound. With masks that are not packed it is the same. */
 static void culling_error(const bsdfrbf_model *model, const char *name)
 {
 	int transmit;
 	const rbf_component *c = fixture_component(model, &transmit);
-	rbf_component whole = *c;
+	rbf_component whole = *c, wide = *c;
 	uint64_t seed = 2;
 	double worst = 0, kept = 0;
 	enum { PAIRS = 4000 };
-	whole.cull = NULL;
+	whole.cull = wide.cull = NULL;
+	uint64_t *const masks = wide_masks(c);
+	wide.cull_wide = masks;
 	assert_non_null(c->cull);
-	for (uint64_t i = 0; i < (uint64_t)c->sets * RBF_CULL_GRID * RBF_CULL_GRID; i++)
+	for (uint64_t i = 0; i < rbf_cull_words(c->blocks); i++)
 		kept += __builtin_popcountll(c->cull[i]);
 	for (int n = 0; n < PAIRS; n++) {
 		rbf_site a, b;
-		float i[3], o[3], p[3], q[3], with[3], without[3];
+		float i[3], o[3], p[3], q[3], with[3], without[3], before[3];
 		unit(&seed, i);
 		unit(&seed, o);
 		i[2] = fabsf(i[2]) + 1e-3f;
@@ -103,12 +117,16 @@ static void culling_error(const bsdfrbf_model *model, const char *name)
 		rbf_site_fold(&b, o, q);
 		rbf_site_dsf(&a, p, with);
 		rbf_site_dsf(&b, q, without);
+		b.component = &wide;
+		rbf_site_dsf(&b, q, before);
+		assert_memory_equal(with, before, c->channels * sizeof *with);
 		for (uint32_t k = 0; k < c->channels; k++)
 			if (without[k] > 1e-12f)
 				worst = fmax(worst, fabs((double)with[k] / (double)without[k] - 1));
 	}
-	print_message("%s: culling off by at most %.1e, %.0f groups a cell\n", name, worst, kept / (c->sets * (double)(RBF_CULL_GRID * RBF_CULL_GRID)));
+	print_message("%s: culling off by at most %.1e, %.0f groups a cell\n", name, worst, kept / (c->sets * (double)RBF_CULL_CELLS));
 	assert_true(worst < 1e-3);
+	free(masks);
 }
 
 static bsdfrbf_model *model[2 + RANDOM_PLANS];

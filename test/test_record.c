@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The recorded file: what is written comes back, and nothing damaged or hostile does any harm. */
 #include "bounds.h"
+#include "cull.h"
 #include "image.h"
 #include "synthetic.h"
 
@@ -93,6 +94,9 @@ static double walk(const bsdfrbf_model *model)
 					for (uint32_t f = 0; f < c->frames; f++) {
 						const rbf_set *set = rbf_bound_set(c, (size_t)base * c->frames + f);
 						const uint32_t start = set->blocks ? set->first - c->set[base * c->frames].first : 0;
+						const size_t s = (size_t)base * c->frames + f;
+						for (uint32_t n = 0; n < RBF_CULL_CELLS && set->blocks && (c->cull || c->cull_wide); n += 261)
+							sum += (double)rbf_cull_read(rbf_cull_at(c->cull, c->cull_wide, s, set, n));
 						for (uint32_t b = 0; b < set->blocks && b < 50; b++)
 							sum += c->block[set->first + b].k[7] + c->amplitude[set->first + b].a[7]
 								+ (shift ? shift[start + b].z[7] : 0);
@@ -128,7 +132,7 @@ static void test_round_trip(void **state)
 	static const synthetic want[] = {
 		{1, RBF_BILATERAL_Y, 2, 3, 1, 2, 5, 1, 1, 1, 2, 0},
 		{3, RBF_ISOTROPIC, 7, 7, 6, 2, 9000, 2, 0, 3, 32, 1},
-		{3, RBF_QUADRILATERAL, 5, 20, 30, 1, 5000, 4, 1, 70, 6, 1},
+		{3, RBF_QUADRILATERAL, 5, 20, 30, 1, 5000, 4, 1, 70, 6, 2},
 		{1, RBF_ANISOTROPIC, 1, 1, 0, 1, 4096, 1, 0, 0, 2, 1}, /* one incidence, no lobe at all */
 	};
 	for (unsigned mask = 1; mask < 16; mask++)
@@ -300,10 +304,12 @@ static void test_hostile_numbers(void **state)
 /* Several random changes at once, resealed. */
 static void test_mutated(void **state)
 {
-	const image file = small_image(&(synthetic){3, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 4, 1});
+	const image either[2] = {small_image(&(synthetic){3, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 4, 1}),
+		small_image(&(synthetic){3, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 4, 2})};
 	uint64_t seed = 11;
-	const size_t start = image_section(&file, 16)->offset;
 	for (int round = 0; round < (SANITIZED ? 4000 : 20000); round++) {
+		const image file = either[round / 2 % 2];
+		const size_t start = image_section(&file, 16)->offset;
 		image copy = {malloc(file.bytes), file.bytes};
 		memcpy(copy.at, file.at, file.bytes);
 		for (uint32_t n = synthetic_random(&seed) % 6 + 1; n > 0; n--) {
@@ -318,7 +324,8 @@ static void test_mutated(void **state)
 		open_and_walk(*state, round % 2 ? UINT64_MAX : 0);
 		free(copy.at);
 	}
-	free(file.at);
+	free(either[0].at);
+	free(either[1].at);
 }
 
 static void expect(bsdfrbf_context *context, const image *file, bsdfrbf_status status, const char *words)
@@ -386,6 +393,72 @@ static void test_sections(void **state)
 	free(file.at);
 }
 
+/* Packed masks of sets of all sizes: one behind the other, each within the eight bytes that are read, and these within the array. */
+static void test_packed_masks(void **state)
+{
+	enum { SETS = 140 };
+	rbf_set set[SETS] = {{0}};
+	uint64_t end = 0;
+	uint32_t blocks = 0;
+	(void)state;
+	for (uint32_t s = 0; s < SETS; s++) {
+		set[s].first = blocks;
+		set[s].blocks = SETS - 1 - s; /* one block at last, and none */
+		blocks += set[s].blocks;
+	}
+	static const uint64_t room[1024];
+	for (uint32_t b = 1; b <= 64; b++) { /* sets of one block: what is read of the last one goes furthest */
+		const rbf_cull_mask last = rbf_cull_packed(room, &(rbf_set){.first = b - 1, .blocks = 1}, RBF_CULL_CELLS - 1);
+		assert_true((uint64_t)(last.at - (const char *)room) + 8 <= 8 * rbf_cull_words(b));
+	}
+	const size_t words = (size_t)rbf_cull_words(blocks);
+	uint64_t *packed = calloc(words, sizeof *packed), seed = 5;
+	for (uint32_t s = 0; s < SETS - 1; s++) {
+		const uint32_t group = (set[s].blocks + 63) / 64, groups = (set[s].blocks + group - 1) / group;
+		for (uint32_t cell = 0; cell < RBF_CULL_CELLS; cell++) {
+			const rbf_cull_mask m = rbf_cull_packed(packed, &set[s], cell);
+			const uint64_t begin = (uint64_t)(m.at - (const char *)packed) * 8 + m.shift;
+			assert_true(begin >= end && m.shift + groups <= 64 && (size_t)(m.at - (const char *)packed) + 8 <= words * sizeof *packed);
+			end = begin + groups;
+		}
+	}
+	for (int reading = 0; reading < 2; reading++, seed = 5)
+		for (uint32_t s = 0; s < SETS - 1; s++)
+			for (uint32_t cell = 0; cell < RBF_CULL_CELLS; cell++) {
+				const uint32_t group = (set[s].blocks + 63) / 64, groups = (set[s].blocks + group - 1) / group;
+				const uint64_t some = (uint64_t)synthetic_random(&seed) << 33 ^ (uint64_t)synthetic_random(&seed) << 11 ^ synthetic_random(&seed);
+				const uint64_t mask = groups < 64 ? some & (((uint64_t)1 << groups) - 1) : some;
+				if (!reading)
+					rbf_cull_write(packed, &set[s], cell, mask);
+				else if ((rbf_cull_read(rbf_cull_packed(packed, &set[s], cell)) ^ mask) << (64 - groups))
+					fail_msg("mask of cell %u of a set of %u blocks", cell, set[s].blocks);
+			}
+	free(packed);
+}
+
+/* Masks of another number than the blocks call for are refused: none is ever looked for outside. */
+static void test_masks_missing(void **state)
+{
+	for (int optional = 1; optional < 3; optional++) {
+		const image file = small_image(&(synthetic){1, RBF_ANISOTROPIC, 1, 1, 0, 1, 30, 1, 0, 2, 2, optional});
+		rbf_record_section *s = image_section(&file, optional == 1 ? 33 : 25);
+		assert_non_null(s);
+		assert_null(image_section(&file, optional == 1 ? 25 : 33));
+		const uint64_t bytes = s->bytes;
+		assert_int_equal(bytes, optional == 1 ? (824 * 2 + 63) / 64 * 8 + 8 : 28 * 28 * 8);
+		s->bytes = bytes - 8;
+		expect(*state, &file, BSDFRBF_ERR_FORMAT, "cull\" of tf: size");
+		s->bytes = bytes;
+		expect(*state, &file, BSDFRBF_OK, "");
+		s->kind = 4000; /* a file may be without */
+		s->flags = 0;
+		expect(*state, &file, BSDFRBF_OK, "");
+		s->kind = optional == 1 ? 25 : 33;
+		expect(*state, &file, BSDFRBF_ERR_FORMAT, "cull\" of tf: size");
+		free(file.at);
+	}
+}
+
 static void test_not_files(void **state)
 {
 	bsdfrbf_model *model;
@@ -438,7 +511,7 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, new_path, remove_path)
 	const struct CMUnitTest tests[] = {
 		TEST(test_round_trip), TEST(test_texts), TEST(test_info), TEST(test_truncated), TEST(test_flipped),
-		TEST(test_hostile_numbers), TEST(test_mutated), TEST(test_versions), TEST(test_sections), TEST(test_not_files),
+		TEST(test_hostile_numbers), TEST(test_mutated), TEST(test_versions), TEST(test_sections), TEST(test_packed_masks), TEST(test_masks_missing), TEST(test_not_files),
 		TEST(test_defects),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A record of 1 GB: opening it and reading what one query needs costs neither time nor memory. */
 #include "bounds.h"
+#include "cull.h"
 #include "record.h"
 #include "synthetic.h"
 
@@ -75,7 +76,7 @@ static int make_large(void **state)
 	synthetic_numbers(&large, c);
 	c->shifts = c->blocks * 6; /* towards six neighbours each */
 	for (int row = 0; row < RBF_ARRAY_ROWS; row++)
-		rbf_array_set(c, row, rbf_array_row[row].holds & RBF_ARRAY_INDEX
+		rbf_array_set(c, row, row == RBF_ARRAY_ROW_25 ? NULL : rbf_array_row[row].holds & RBF_ARRAY_INDEX
 			? calloc(1, (size_t)(rbf_array_entries(c, row) * rbf_array_row[row].entry)) : &hole);
 	synthetic_indices(&large, c, &seed);
 	/* Cells list neighbouring elements, and elements have neighbouring corners, recorded near each other. */
@@ -133,7 +134,7 @@ static float query(const rbf_component *c, uint32_t cell)
 	for (uint32_t k = 0; k < 3; k++) {
 		const uint32_t base = rbf_bound_base(c, c->mesh.vertex + rbf_bound_vertex(&c->mesh, c->mesh.element[element].v[k]));
 		const rbf_set *set = rbf_bound_set(c, base);
-		sum += (float)(c->cull[(size_t)base * RBF_CULL_GRID * RBF_CULL_GRID + cell % 576] & 1);
+		sum += (float)(rbf_cull_read(rbf_cull_at(c->cull, c->cull_wide, base, set, cell % 576)) & 1);
 		for (uint32_t n = 0; n < 2; n++) {
 			const rbf_shift *shift = rbf_bound_shift(c, c->shift_of[6 * element + 2 * k + n], base);
 			for (uint32_t b = 0; b < set->blocks; b++)

@@ -9,7 +9,7 @@ int main(int argc, char **argv)
 {
 	static const synthetic want[] = {{1, RBF_BILATERAL_Y, 2, 3, 1, 2, 5, 1, 1, 1, 2, 0}, {3, RBF_ISOTROPIC, 3, 3, 2, 2, 70, 2, 0, 2, 4, 1},
 		{3, RBF_QUADRILATERAL, 3, 6, 4, 3, 90, 4, 1, 1, 4, 1}, {1, RBF_ANISOTROPIC, 1, 1, 0, 1, 30, 1, 0, 1, 2, 0},
-		{1, RBF_BILATERAL_X, 1, 3, 1, 3, 8, 1, 0, 1, 2, 1}};
+		{1, RBF_BILATERAL_X, 1, 3, 1, 3, 8, 1, 0, 1, 2, 1}, {1, RBF_ISOTROPIC, 2, 3, 1, 2, 9, 2, 0, 2, 2, 2}};
 	for (int n = 0; argc == 2 && n < (int)(sizeof want / sizeof *want); n++) {
 		char path[4096];
 		bsdfrbf_model *model = rbf_model_new();
