@@ -13,7 +13,7 @@
 
 #include <string.h>
 
-enum { TRIES = 256 };
+enum { TRIES = 1024 };
 static const float TWIST = .05f;        /* what two rotations one after the other can add to the angle between the corners */
 
 void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, float *gain, float *slant)
