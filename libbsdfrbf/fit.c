@@ -286,7 +286,7 @@ static void peaks(work *k)
 	}
 	for (int p = 0; p < found; p++)
 		for (size_t n = 0; n < sizeof nearest / sizeof *nearest; n++)
-			for (int foot = 0; foot <= (most[p].base > 0); foot++)
+			for (int foot = 0; foot < (most[p].base > 0 ? 2 : 1); foot++)
 				add_peak(k, most[p].sample, nearest[n], foot ? most[p].base : 0);
 }
 
