@@ -73,13 +73,15 @@ def machine():
 
 
 def calibration():
-    """Seconds of a fixed piece of arithmetic: times from different moments are compared through it."""
+    """Seconds of a fixed piece of arithmetic: times from different moments are compared through it. In memory that is there already: what
+    its pages cost depends on what the process did before."""
     x = np.linspace(0, 1, 1 << 16)
+    y = np.ones_like(x)
     times = []
     for _ in range(9):
         start = time.process_time()
         for _ in range(20):
-            np.exp(-x * x).sum()
+            np.exp(np.multiply(x, -1, out=y), out=y).sum()
         times.append(time.process_time() - start)
     return statistics.median(times)
 
