@@ -87,21 +87,20 @@ def sir_seconds(tools, sir, folder):
 
 
 def dhr_error(loops, model, transmit, count, limit):
-    """Largest error against quadrature (midpoints of a 1024 x 1024 grid of equal projected solid angle), per cent."""
+    """Largest error against quadrature, per cent: midpoints of a 1024 x 1024 grid of equal solid angle, as f rises to the horizon where
+    f cos does not end there, and cells of equal projected solid angle miss up to 2.5 %."""
     rng = np.random.default_rng(3)
     cells = 1024
-    a, b = np.meshgrid(*[(np.arange(cells) + .5) / cells * 2 - 1] * 2)
-    wide = np.abs(a) > np.abs(b)
-    with np.errstate(divide='ignore', invalid='ignore'):
-        r, phi = np.where(wide, a, b), np.where(wide, np.pi / 4 * b / a, np.pi / 2 - np.pi / 4 * a / b)
-    out = np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(1 - r * r) * (-1 if transmit else 1)], -1).reshape(-1, 3).astype('<f4')
+    z, phi = np.meshgrid(*[(np.arange(cells) + .5) / cells * end for end in (1, 2 * np.pi)])
+    r = np.sqrt(1 - z * z)
+    out = np.stack([r * np.cos(phi), r * np.sin(phi), -z if transmit else z], -1).reshape(-1, 3).astype('<f4')
     worst, values, answer = 0, np.empty(len(out), '<f4'), np.empty(1, '<f4')
     for _ in range(count):
         theta, phi = np.arccos(1 - rng.random() * (1 - np.cos(np.radians(limit)))), 2 * np.pi * rng.random()
         incident = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], '<f4')
         loops.ours.bsdfrbf_eval_exitant(model, stock.address(incident), ctypes.c_size_t(len(out)), stock.address(out), stock.address(values))
         loops.ours.bsdfrbf_dhr(model, stock.address(incident), int(transmit), stock.address(answer))
-        worst = max(worst, abs(float(answer[0]) / (np.pi * values.mean(dtype=float)) - 1))
+        worst = max(worst, abs(float(answer[0]) / (2 * np.pi * (values * z.ravel()).mean(dtype=float)) - 1))
     return 100 * worst
 
 
