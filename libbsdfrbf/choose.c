@@ -17,9 +17,9 @@ static const float SCREEN_LOSS = 1.06f;
 static const float ENOUGH = 1.25f; /* times the error of the fits: no better frame is looked for */
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
-enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
-static const double REFINE_STEP = .05, REFINE_END = .02;
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
+enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
+static const double REFINE_STEP = .05, REFINE_END = .02; /* of a coefficient; of the error, between the simplex's corners */
 
 /* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
 typedef struct trial {
@@ -368,10 +368,10 @@ static int contest_learned(const bench *b, rbf_lesson *lesson, rbf_choice *best,
 	next.frame[others->frames] = m->candidates - 1;
 	if (contest(b, &round, next, NULL))
 		return -1;
-	int joins = round.error < best->error, holds = 0;
+	int holds = 0;
 	for (uint32_t f = 0; f < round.frames; f++)
 		holds |= round.frame[f] == m->candidates - 1;
-	if (joins && holds && refine(b, lesson, &round)) {
+	if (holds && round.error < best->error && refine(b, lesson, &round)) {
 		rbf_choice_free(&round);
 		return -1;
 	}

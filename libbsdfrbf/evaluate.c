@@ -492,7 +492,7 @@ static void eval_list(const bsdfrbf_model *model, size_t count, const float *inc
 			rbf_site_fold(&site, q.exitant, folded);
 			p->component = q.component;
 			p->jobs = jobs_at(&site, folded, q.component->channels, p->job, p->mask);
-			p->scale = site.scale / rbf_max(folded[2], RBF_HORIZON_Z);
+			p->scale = scale_of(&site, folded);
 		}
 		for (size_t n = 0; n < pairs; n++) {
 			if (!list[n].component)
