@@ -20,7 +20,7 @@
 
 enum { QUERIES = 40, SAMPLES = 6000 };
 enum { RING = 720 };
-static const double SIGNIFICANCE = 1e-4, JUMP = .1, SEEN = .02;
+static const double SIGNIFICANCE = 1e-4, JUMP = .1, SEEN = 1e-3;
 static const char *const scheme_name[] = {"scattered", "clustered", "collinear", "grazing", "slivers", "rings", "few"};
 enum { SCHEMES = sizeof scheme_name / sizeof *scheme_name };
 
@@ -279,7 +279,7 @@ static void check_precision(const subject *s, const float in[3], const float out
 	reference_dsf(&site, folded, truth);
 	values++;
 	for (uint32_t n = 0; n < s->c->channels; n++) {
-		const double error = fabs((double)value[n] - truth[n]) / (truth[n] + 1e-4 * peak + 1e-12);
+		const double error = fabs((double)value[n] - truth[n]) / (truth[n] + 1e-4 * peak + 1e-20);
 		*worst = fmax(*worst, error);
 	}
 }
