@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <errno.h>
+#include <time.h>
 #include <fcntl.h>
 #include <unistd.h>
 #include <sys/file.h>
@@ -25,6 +26,7 @@
 #include "bsdf_rbf_part.h"
 
 #define RBF_PATH	4096
+#define RBF_WAIT	15000	/* turns of 20 ms: five minutes */
 
 /* What the environment asks for: 0 direct, -1 not understood, else 1 and *log2 (0: the library's choice). */
 int
@@ -131,6 +133,21 @@ rbf_make_tree(const bsdfrbf_model *model, const bsdfrbf_resample_options *option
 	return result == 0;
 }
 
+/* Waits until the folder is ours or the tree is there. Not for ever: a holder may be stopped, a file server may not answer. Without
+ * the lock work is done twice, no more. */
+static void
+rbf_wait_turn(int folder, const char *path)
+{
+	const struct timespec	pause = {0, 20000000};	/* 20 ms */
+	int			n;
+
+	for (n = 0; n < RBF_WAIT && folder >= 0 && access(path, R_OK) < 0; n++) {
+		if (!flock(folder, LOCK_EX|LOCK_NB) || (errno != EWOULDBLOCK && errno != EINTR))
+			break;
+		nanosleep(&pause, NULL);
+	}
+}
+
 /* Path of the tree's XML, valid until the next call; NULL on failure, with the reason in SDerrorDetail. */
 const char *
 rbf_tree_file(const bsdfrbf_model *model, int log2, size_t room)
@@ -149,8 +166,7 @@ rbf_tree_file(const bsdfrbf_model *model, int log2, size_t room)
 		if (access(path, R_OK) == 0)
 			return path;
 		lock = open(folder, O_RDONLY|O_DIRECTORY|O_CLOEXEC);
-		if (lock >= 0)
-			flock(lock, LOCK_EX);	/* without it, work is done twice, no more */
+		rbf_wait_turn(lock, path);
 		options.path = path;
 		made = access(path, R_OK) == 0 || rbf_make_tree(model, &options, message);
 		if (lock >= 0)
