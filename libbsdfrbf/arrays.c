@@ -2,8 +2,9 @@
 #include "arrays.h"
 #include "cull.h"
 #include "dhr.h"
+#include "draws.h"
 
-#define CELLS (1ull * RBF_MESH_GRID * RBF_MESH_GRID)
+#define DRAWS_ENTRIES (1ull * rbf_draw_tables(c) * RBF_LANES * c->blocks)
 #define DHR_ENTRIES (c->channels * ((uint64_t)c->mesh.elements * rbf_dhr_element_nodes(c) + (uint64_t)c->mesh.borders * rbf_dhr_border_nodes(c)))
 
 const rbf_array rbf_array_row[RBF_ARRAY_ROWS] = {

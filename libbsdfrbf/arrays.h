@@ -22,7 +22,7 @@
  * RBF_ARRAY_OPTIONAL the array may be absent, and its pointer is then NULL. Arrays with 0 entries are not recorded.
  * The order is that of the file: what every query needs comes first, and close together. */
 #define RBF_ARRAYS(X) \
-	X(16, "cell first",     mesh.cell_first,   CELLS + 1,                        RBF_ARRAY_INDEX) \
+	X(16, "cell first",     mesh.cell_first,   rbf_mesh_cells(&c->mesh) + 1ull,  RBF_ARRAY_INDEX) \
 	X(17, "cell elements",  mesh.cell_element, c->mesh.cell_entries,             RBF_ARRAY_INDEX) \
 	X(18, "elements",       mesh.element,      c->mesh.elements,                 RBF_ARRAY_INDEX) \
 	X(19, "borders",        mesh.border,       c->mesh.borders,                  RBF_ARRAY_INDEX) \
@@ -35,8 +35,7 @@
 	X(33, "cull",           cull,              rbf_cull_words(c->blocks),        RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
 	X(26, "lobes",          block,             c->blocks,                        RBF_ARRAY_FLOAT) \
 	X(27, "amplitudes",     amplitude,         1ull * c->channels * c->blocks,   RBF_ARRAY_FLOAT) \
-	X(28, "cumulative",     cumulative,        2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
-	X(29, "reach",          reach,             2ull * RBF_LANES * c->blocks,     RBF_ARRAY_FLOAT) \
+	X(34, "draws",          draws,             DRAWS_ENTRIES,                    RBF_ARRAY_BITS) \
 	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT) \
 	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT) \
 	X(32, "trend",          trend,             4ull * c->dhr_steps * c->mesh.borders, RBF_ARRAY_FLOAT | RBF_ARRAY_OPTIONAL)

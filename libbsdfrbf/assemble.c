@@ -1,82 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "assemble.h"
 #include "cull.h"
-#include "sample.h"
+#include "draws.h"
+#include "kernel.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
-
-/* Largest residual motion of every lobe, rad; room for all lanes. */
-static void motions(const rbf_component *c, float *motion)
-{
-	memset(motion, 0, (size_t)c->blocks * RBF_LANES * sizeof *motion);
-	for (uint32_t e = 0; e < c->mesh.elements && c->shift_of; e++)
-		for (uint32_t slot = 0; slot < 6; slot++) {
-			const uint32_t at = c->shift_of[e * 6 + slot], base = c->mesh.vertex[c->mesh.element[e].v[slot / 2]].base;
-			const uint32_t first = c->set[base * c->frames].first, blocks = rbf_assemble_blocks(c, base);
-			for (uint32_t i = 0; i < blocks * RBF_LANES && at != RBF_NO_SHIFT; i++) {
-				const rbf_shift *s = &c->shift[at + i / RBF_LANES];
-				const float x = s->x[i % RBF_LANES], y = s->y[i % RBF_LANES], z = s->z[i % RBF_LANES];
-				float *m = &motion[(size_t)first * RBF_LANES + i];
-				*m = fmaxf(*m, 1.05f * sqrtf(x*x + y*y + z*z));
-			}
-		}
-}
-
-int rbf_assemble_bounds(rbf_component *c)
-{
-	const size_t lanes = (size_t)c->blocks * RBF_LANES;
-	const rbf_mesh *mesh = &c->mesh;
-	const uint32_t y = rbf_luminance(c->channels);
-	rbf_reach *reach = calloc((size_t)mesh->bases + 1, sizeof *reach);
-	float *motion = malloc((lanes + 1) * sizeof *motion), *bound = (float *)c->reach, *cumulative = (float *)c->cumulative;
-	if (!reach || !motion) {
-		free(reach);
-		free(motion);
-		return -1;
-	}
-	motions(c, motion);
-	for (uint32_t v = 0; v < mesh->vertices; v++)
-		rbf_mirror(mesh->vertex[v].op, mesh->vertex[v].direction, reach[mesh->vertex[v].base].base);
-	for (uint32_t e = 0; e < mesh->elements + mesh->borders; e++) {
-		const int border = e >= mesh->elements;
-		const uint32_t *v = border ? mesh->border[e - mesh->elements] : mesh->element[e].v;
-		for (int i = 0; i < (border ? 2 : 3); i++) {
-			const rbf_vertex *a = &mesh->vertex[v[i]], *b = &mesh->vertex[v[border ? 1 - i : (i + 1) % 3]];
-			const float m = rbf_angle(a->direction, b->direction);
-			reach[a->base].margin = fmaxf(reach[a->base].margin, m);
-			reach[b->base].margin = fmaxf(reach[b->base].margin, m);
-			if (border)
-				reach[a->base].beyond = fmaxf(reach[a->base].beyond, asinf(fminf(a->direction[2], 1.f)));
-		}
-	}
-	for (uint32_t b = 0; b < mesh->bases; b++)
-		for (uint32_t f = 0; f < c->frames; f++) {
-			rbf_set *s = (rbf_set *)&c->set[b * c->frames + f];
-			rbf_reach bounds = reach[b], *r = &bounds;
-			r->map = c->frame[f];
-			r->beyond = fmaxf(r->beyond, r->margin);
-			r->margin = rbf_map_margin(r->map, rbf_frame_linear(c, f), r->base, r->margin);
-			s->mass[0] = s->mass[1] = 0;
-			for (size_t slot = (size_t)s->first * RBF_LANES; slot < (size_t)(s->first + s->blocks) * RBF_LANES; slot++) {
-				const rbf_block *k = &c->block[slot / RBF_LANES];
-				const int lane = slot % RBF_LANES;
-				const float centre[3] = {k->x[lane], k->y[lane], k->z[lane]};
-				r->motion = motion[slot];
-				rbf_lobe_reach(r, centre, k->k[lane], &bound[slot], &bound[lanes + slot]);
-				const double mass = (double)(c->amplitude[(size_t)y * c->blocks + slot / RBF_LANES].a[lane] * bound[slot]) * rbf_lobe_integral((double)k->k[lane]);
-				s->mass[0] += mass;
-				s->mass[1] += mass * (double)bound[lanes + slot];
-				cumulative[slot] = (float)s->mass[0];
-				cumulative[lanes + slot] = (float)s->mass[1];
-			}
-		}
-	free(reach);
-	free(motion);
-	return 0;
-}
 
 int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float *label, rbf_component *c)
 {
@@ -101,22 +32,22 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 	const size_t room = c->blocks + 1;
 	rbf_block *block = calloc(room, sizeof *block);
 	rbf_amplitude *amplitude = calloc(room * m->channels, sizeof *amplitude);
-	float *cumulative = calloc(room * RBF_LANES * 2, sizeof *cumulative), *reach = calloc(room * RBF_LANES * 2, sizeof *reach);
 	rbf_linear *linear = calloc(frames, sizeof *linear);
+	for (uint32_t f = 0; f < frames; f++)
+		c->frame[f] = m->candidate[frame[f]].map;
+	uint16_t *draws = calloc(room * RBF_LANES * rbf_draw_tables(c), sizeof *draws);
 	c->set = set;
 	c->block = block;
 	c->amplitude = amplitude;
-	c->cumulative = cumulative;
-	c->reach = reach;
+	c->draws = draws;
 	c->learned = 0;
 	c->linear = NULL;
-	if (!block || !amplitude || !cumulative || !reach || !linear) {
+	if (!block || !amplitude || !draws || !linear) {
 		free(linear);
 		rbf_assemble_release(c);
 		return -1;
 	}
 	for (uint32_t f = 0; f < frames; f++) {
-		c->frame[f] = m->candidate[frame[f]].map;
 		linear[f] = m->candidate[frame[f]].linear;
 		c->learned |= (uint32_t)rbf_map_learned(c->frame[f]);
 	}
@@ -146,7 +77,7 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 				block[at / RBF_LANES].z[at % RBF_LANES] = 1;
 		}
 	}
-	if (rbf_assemble_bounds(c)) {
+	if (rbf_draws_make(c)) {
 		rbf_assemble_release(c);
 		return -1;
 	}
@@ -158,14 +89,13 @@ void rbf_assemble_release(rbf_component *c)
 	free((void *)c->set);
 	free((void *)c->block);
 	free((void *)c->amplitude);
-	free((void *)c->cumulative);
-	free((void *)c->reach);
+	free((void *)c->draws);
 	free((void *)c->linear);
 	c->linear = NULL;
 	c->set = NULL;
 	c->block = NULL;
 	c->amplitude = NULL;
-	c->cumulative = c->reach = NULL;
+	c->draws = NULL;
 }
 
 uint32_t rbf_assemble_blocks(const rbf_component *c, uint32_t base)
@@ -261,7 +191,7 @@ int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 {
 	const size_t cells = RBF_CULL_CELLS;
 	uint64_t *wide = malloc((c->sets * cells + 1) * sizeof *wide), *cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *cull);
-	if (!wide || !cull || (reach > 0 && rbf_assemble_bounds(c))) {
+	if (!wide || !cull || (reach > 0 && rbf_draws_make(c))) {
 		free(wide);
 		free(cull);
 		return -1;

@@ -19,13 +19,6 @@ static int all_finite(const void *floats, uint64_t count)
 	return !bad;
 }
 
-static int good_mass(double mass)
-{
-	uint64_t bits;
-	memcpy(&bits, &mass, sizeof bits);
-	return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u && mass >= 0;
-}
-
 static int known_symmetry(uint32_t symmetry)
 {
 	switch (symmetry) {
@@ -77,7 +70,7 @@ const char *rbf_check_numbers(const rbf_component *c)
 
 static const char *check_mesh(const rbf_mesh *m)
 {
-	const uint32_t cells = RBF_MESH_GRID * RBF_MESH_GRID;
+	const uint32_t cells = rbf_mesh_cells(m);
 	for (uint32_t i = 0; i < m->vertices; i++)
 		if (m->vertex[i].base >= m->bases || m->vertex[i].op > RBF_OP_XY || !all_finite(m->vertex[i].direction, 3))
 			return "vertex";
@@ -92,8 +85,6 @@ static const char *check_mesh(const rbf_mesh *m)
 		if (m->border[i][0] >= m->vertices || m->border[i][1] >= m->vertices
 			|| (m->border[i][2] != RBF_MESH_NO_ELEMENT && m->border[i][2] >= m->elements))
 			return "border";
-	if (m->cell_first[0] != 0 || m->cell_first[cells] != m->cell_entries)
-		return "cell";
 	for (uint32_t i = 0; i < cells; i++) {
 		const uint32_t first = m->cell_first[i], last = m->cell_first[i + 1];
 		if (first > last || last > m->cell_entries)
@@ -118,8 +109,8 @@ static const char *check_sets(const rbf_component *c)
 			return "set";
 		if (s % c->frames && set->first != set[-1].first + set[-1].blocks)
 			return "set";
-		if (!good_mass(set->mass[0]) || !good_mass(set->mass[1]))
-			return "mass of a set";
+		if (!all_finite(set->unit, 3) || !all_finite(&set->band, 1))
+			return "draws of a set";
 	}
 	return NULL;
 }

@@ -12,7 +12,7 @@
 enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128, LANES = 8 };
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
-static const float POINTS_INSIDE = 1600, POINTS_HORIZON = 14000;
+static const float POINTS_INSIDE = 900, POINTS_HORIZON = 8000;
 static const float CLEAR = .0108f; /* rad above the horizon, where nothing is lost */
 static const float FAINT = 16;     /* a kappa above it leaves nothing at the other end of the sphere */
 
@@ -188,12 +188,12 @@ static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, bat
 	b->count = 0;
 }
 
-/* Whether a lobe stays clear of the horizon at its own corner and at the site: height over the sine of its reach, which the series
- * bounds from above. */
-static int clear(const float centre[3], float reach)
+/* Whether a lobe that reaches this far lies above height `low`: over the sine of the sum of both angles, which series bound from above. */
+static int above(float low, const float centre[3], float reach)
 {
-	const float x = reach + CLEAR, s = x * x;
-	return x < 1.5f && centre[2] > x * (1 - s * (1 / 6.f - s * (1 / 120.f)));
+	const float s = reach * reach, along = sqrtf(rbf_max(1 - low*low, 0.f));
+	return reach < 1.5f && along * (1 - .5f * s) > low * reach
+		&& centre[2] > low * (1 - s * (1 / 2.f - s * (1 / 24.f))) + along * reach * (1 - s * (1 / 6.f - s * (1 / 120.f)));
 }
 
 void rbf_site_dhr(const rbf_site *site, double value[3])
@@ -207,7 +207,7 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 	value[0] = value[1] = value[2] = 0;
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++)
-			all += site->weight[k] * rbf_bound_set(c, site->base[k] * c->frames + f)->mass[0];
+			all += site->weight[k] * RBF_DRAW_TOTAL * rbf_bound_set(c, site->base[k] * c->frames + f)->unit[RBF_DRAW_MASS];
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
@@ -222,8 +222,8 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 					continue;
 				float centre[3];
 				rbf_site_centre(site, k, block, lane, centre);
-				const int whole = (fixed || c->reach[(size_t)block * RBF_LANES + lane] == 1)
-					&& clear(centre, RBF_LOBE_SPREAD / sqrtf(kappa) + turn);
+				const float spread = RBF_LOBE_SPREAD / sqrtf(kappa);
+				const int whole = (fixed || above(set->band, centre, spread)) && above(0, centre, spread + turn + CLEAR);
 				const float energy = site->weight[k] * (kappa > FAINT ? (float)(2 * RBF_PI) / kappa : (float)rbf_lobe_integral((double)kappa));
 				if (turns && whole) { /* a rotation keeps the energy */
 					for (uint32_t n = 0; n < c->channels; n++)

@@ -48,7 +48,7 @@ typedef struct rbf_element {
 	                        [0][1] is 1 / (theta at v[1] - theta at v[0]), the rest is 0 */
 } rbf_element;
 
-#define RBF_MESH_GRID 64 /* cells a side of the locator, over the disc of rbf_disc_from_direction() in vector.h (a chain: over theta) */
+#define RBF_MESH_GRID 64 /* cells a side of the locator, over the disc of rbf_disc_from_direction() in vector.h */
 
 typedef struct rbf_mesh {
 	rbf_symmetry symmetry;
@@ -60,13 +60,20 @@ typedef struct rbf_mesh {
 	uint32_t borders;        /* boundary edges, for directions outside: border[i] = two vertices, in the cyclic order of the
 	                            element they belong to, and that element (RBF_MESH_NO_ELEMENT in a chain) */
 	uint32_t (*border)[3];
-	/* locator: cell (ix, iy) lists elements cell_first[c] .. cell_first[c+1]-1 of cell_element, c = iy*RBF_MESH_GRID+ix.
+	/* locator: cell (ix, iy) lists elements cell_first[c] .. cell_first[c+1]-1 of cell_element, c = iy*RBF_MESH_GRID+ix, or if
+	 * isotropic c = ix, one row over theta.
 	 * Every element that overlaps the cell, in ascending order; for a cell that is wholly or partly outside the
 	 * mesh also bit 31 set on entries that are BORDER indices: the candidates nearest to some point of that cell. */
-	uint32_t *cell_first;    /* RBF_MESH_GRID^2 + 1 */
+	uint32_t *cell_first;    /* rbf_mesh_cells() + 1 */
 	uint32_t *cell_element;
 	uint32_t cell_entries;
 } rbf_mesh;
+
+static inline uint32_t rbf_mesh_cells(const rbf_mesh *mesh)
+{
+	return mesh->symmetry == RBF_ISOTROPIC ? RBF_MESH_GRID / 2 : RBF_MESH_GRID * RBF_MESH_GRID;
+}
+
 #define RBF_MESH_BORDER 0x80000000u
 #define RBF_MESH_NO_ELEMENT 0xffffffffu
 

@@ -227,13 +227,12 @@ static int add_row(const rbf_mesh *mesh, builder *g)
 	const float *last = mesh->vertex[mesh->vertices - 1].direction;
 	for (unsigned x = 0; x < half; x++) {
 		const double low = x * width - SLACK, high = (x + 1) * width + SLACK;
-		const uint32_t cell = half * RBF_MESH_GRID + half + x;
 		for (uint32_t i = 0; i < mesh->elements; i++) {
 			const double from = mesh->element[i].inverse[0][0], to = from + 1 / mesh->element[i].inverse[0][1];
-			if (from <= high && to >= low && !add_entry(g, cell, i))
+			if (from <= high && to >= low && !add_entry(g, x, i))
 				return 0;
 		}
-		if (atan2(last[0], last[2]) <= high && !add_entry(g, cell, RBF_MESH_BORDER | 0))
+		if (atan2(last[0], last[2]) <= high && !add_entry(g, x, RBF_MESH_BORDER | 0))
 			return 0;
 	}
 	return 1;
@@ -244,7 +243,7 @@ static int add_row(const rbf_mesh *mesh, builder *g)
 /* Sorts the entries by cell. Elements were entered before borders and each in ascending order, which stays. */
 static int store(const builder *g, rbf_mesh *mesh)
 {
-	const uint32_t cells = RBF_MESH_GRID * RBF_MESH_GRID;
+	const uint32_t cells = rbf_mesh_cells(mesh);
 	uint32_t *first = calloc(cells + 1, sizeof *first), *list = malloc((g->entries + 1) * sizeof *list);
 	mesh->cell_first = first;
 	mesh->cell_element = list;

@@ -13,12 +13,13 @@ static inline uint32_t rbf_mesh_column(float coordinate)
 /* The locator's cell of a direction. */
 static inline __attribute__((always_inline)) uint32_t rbf_mesh_cell(const rbf_mesh *mesh, const float d[3], float *theta)
 {
-	float disc[2] = {0, 0};
+	float disc[2];
 	if (mesh->symmetry == RBF_ISOTROPIC) {
 		*theta = rbf_polar_angle(d);
-		disc[0] = *theta * (float)(2 / RBF_PI);
-	} else
-		rbf_disc_from_direction(d, disc);
+		const uint32_t column = rbf_mesh_column(*theta * (float)(2 / RBF_PI)), middle = RBF_MESH_GRID / 2;
+		return column > middle ? column - middle : 0;
+	}
+	rbf_disc_from_direction(d, disc);
 	return rbf_mesh_column(disc[1]) * RBF_MESH_GRID + rbf_mesh_column(disc[0]);
 }
 

@@ -6,9 +6,11 @@
 
 bsdfrbf_model *rbf_model_new(void)
 {
+	static atomic_uint_fast64_t models;
 	bsdfrbf_model *model = calloc(1, sizeof *model);
 	if (!model)
 		return NULL;
+	model->serial = atomic_fetch_add(&models, 1) + 1;
 	model->late = calloc(1, sizeof *model->late);
 	if (!model->late) {
 		free(model);
@@ -41,6 +43,8 @@ void bsdfrbf_close(bsdfrbf_model *model)
 		return;
 	if (model->mapping) {
 		munmap(model->mapping, model->mapping_bytes);
+		for (int i = 0; i < 4; i++)
+			free(model->made[i]);
 	} else {
 		for (int i = 0; i < 4; i++)
 			rbf_component_free(model->component + i);

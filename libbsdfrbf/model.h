@@ -41,7 +41,8 @@ typedef struct rbf_shift { float x[RBF_LANES], y[RBF_LANES], z[RBF_LANES]; } rbf
 typedef struct rbf_set {
 	uint32_t first;     /* first block */
 	uint32_t blocks;
-	double mass[2];     /* totals of the two cumulative tables below, luminance, sr */
+	float unit[3];      /* what a share of each table of draws stands for: luminance, sr (draws.h) */
+	float band;         /* z below which one corner may take over from another; 0: nowhere */
 } rbf_set;
 
 /* What was learned from the data for a frame (map.h): tangential components e of a beam as a linear map of the incident
@@ -81,8 +82,7 @@ typedef struct rbf_component {
 	uint32_t blocks;
 	const rbf_block *block;         /* [blocks] */
 	const rbf_amplitude *amplitude; /* [channels][blocks] */
-	const float *cumulative;        /* [2][blocks * RBF_LANES]: running sums within each set, for sampling */
-	const float *reach;             /* [2][blocks * RBF_LANES]: per lobe, bounds used by sampling: H and T (sample.c) */
+	const uint16_t *draws;          /* [rbf_draw_tables()][blocks * RBF_LANES]: running sums within each set, for sampling (draws.h) */
 	/* culling: for each set and cell, which groups of ceil(set.blocks / 64) blocks matter; one of the two, or both NULL */
 	const uint64_t *cull;           /* packed, see cull.h */
 	const uint64_t *cull_wide;      /* [sets][RBF_CULL_GRID^2]: only of files that were written before masks were packed */
@@ -119,12 +119,14 @@ typedef struct rbf_late {
 } rbf_late;
 
 struct bsdfrbf_model {
+	uint64_t serial;        /* no other model of this process ever had it */
 	uint32_t channels;
 	rbf_component component[4];
 	char *text;             /* "key\0value\0key\0value\0..." */
 	uint32_t text_bytes;
 	void *mapping;          /* the mapped file, or NULL: arrays were malloc'ed one by one */
 	size_t mapping_bytes;
+	void *made[4];          /* what was made of a component of a former version on opening, or NULL */
 	rbf_late *late;
 };
 

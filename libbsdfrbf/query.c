@@ -31,11 +31,22 @@ void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transm
 	dhr(model, incident, transmit, 1, value);
 }
 
+/* Many samples are asked for at one incidence, one by one: a thread keeps the last side. */
 int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[3], int transmit, double u, float outgoing[3])
 {
-	rbf_side s;
-	rbf_side_set(model, incident, transmit, &s);
-	return rbf_side_sample(&s, u, outgoing);
+	static _Thread_local struct {
+		uint64_t model;
+		float incident[3];
+		int transmit;
+		rbf_side side;
+	} last;
+	if (last.model != model->serial || last.transmit != transmit || memcmp(last.incident, incident, sizeof last.incident) != 0) {
+		rbf_side_set(model, incident, transmit, &last.side);
+		memcpy(last.incident, incident, sizeof last.incident);
+		last.transmit = transmit;
+		last.model = model->serial;
+	}
+	return rbf_side_sample(&last.side, u, outgoing);
 }
 
 /* 1 if vector i of a list is the one before it. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
- * The recorded file (.rbf), version 1.
+ * The recorded file (.rbf), version 1.1.
  *
  *   offset 0     header, 64 bytes
  *   offset 64    directory: `sections` entries of 40 bytes
@@ -31,7 +31,7 @@
 #define RBF_RECORD_MAGIC_BYTES 8
 #define RBF_RECORD_ENDIAN 0x01020304u
 #define RBF_RECORD_MAJOR 1
-#define RBF_RECORD_MINOR 0
+#define RBF_RECORD_MINOR 1
 #define RBF_RECORD_ALIGN 64
 #define RBF_RECORD_MAX_SECTIONS 1024
 #define RBF_RECORD_MAX_TEXT (1u << 20)
@@ -101,6 +101,16 @@ static inline uint64_t rbf_record_align(uint64_t offset)
 {
 	return (offset + RBF_RECORD_ALIGN - 1) & ~(uint64_t)(RBF_RECORD_ALIGN - 1);
 }
+
+/* Entries of an array as version 1.0 recorded it. */
+uint64_t rbf_record_former_entries(const rbf_component *component, int row);
+
+/* A component as version 1.0 recorded it, made into one of today: *made takes what it needs beside the mapping, to be freed. Reads it
+ * whole. Returns NULL, or what is wrong. */
+const char *rbf_record_former(rbf_component *component, void **made);
+
+/* Kinds that only version 1.0 had, of no use any more. */
+int rbf_record_former_kind(uint32_t kind);
 
 /* bsdfrbf_open() with another limit for the full check. */
 bsdfrbf_status rbf_record_open(bsdfrbf_context *context, const char *path, uint64_t verify_bytes, bsdfrbf_model **model);

@@ -167,7 +167,7 @@ static bsdfrbf_status check_directory(const reader *r)
 		if (s->offset != rbf_record_align(offset) || s->offset > r->bytes || s->bytes > r->bytes - s->offset || !s->bytes)
 			return damaged_section(r, s, "place or size");
 		offset = s->offset + s->bytes;
-		if (!known && s->flags & RBF_RECORD_MUST)
+		if (!known && s->flags & RBF_RECORD_MUST && !rbf_record_former_kind(s->kind))
 			return rbf_fail(r->context, BSDFRBF_ERR_VERSION, "%s: version %u.%u of the format, with a part (kind %u) that this"
 				" library does not know and may not ignore: use a later one", r->path, h->major, h->minor, s->kind);
 		if (known && s->flags & ~RBF_RECORD_MUST)
@@ -217,8 +217,10 @@ static bsdfrbf_status read_text(const reader *r, bsdfrbf_model *model)
 	return BSDFRBF_OK;
 }
 
-static bsdfrbf_status read_component(const reader *r, uint32_t index, rbf_component *c)
+static bsdfrbf_status read_component(const reader *r, uint32_t index, bsdfrbf_model *model)
 {
+	rbf_component *c = &model->component[index];
+	const int former = HEADER(r)->minor == 0;
 	const rbf_record_section *s = find(r, RBF_RECORD_COMPONENT, index);
 	if (!s) {
 		for (uint32_t i = 0; i < HEADER(r)->sections; i++)
@@ -241,7 +243,7 @@ static bsdfrbf_status read_component(const reader *r, uint32_t index, rbf_compon
 		return damaged_section(r, s, wrong);
 	for (int row = 0; row < RBF_ARRAY_ROWS; row++) {
 		const rbf_array *array = rbf_array_row + row;
-		const uint64_t entries = rbf_array_entries(c, row);
+		const uint64_t entries = former ? rbf_record_former_entries(c, row) : rbf_array_entries(c, row);
 		const rbf_record_section *a = find(r, array->kind, index);
 		if (!a && entries && !(array->holds & RBF_ARRAY_OPTIONAL))
 			return rbf_fail(r->context, BSDFRBF_ERR_FORMAT, "%s: damaged: section \"%s\" of %s is missing",
@@ -253,7 +255,8 @@ static bsdfrbf_status read_component(const reader *r, uint32_t index, rbf_compon
 		rbf_array_set(c, row, r->at + a->offset);
 	}
 	c->present = 1;
-	return BSDFRBF_OK;
+	wrong = former ? rbf_record_former(c, &model->made[index]) : NULL;
+	return wrong ? damaged_section(r, s, wrong) : BSDFRBF_OK;
 }
 
 static bsdfrbf_status read_model(const reader *r, bsdfrbf_model *model)
@@ -263,7 +266,7 @@ static bsdfrbf_status read_model(const reader *r, bsdfrbf_model *model)
 	RBF_TRY(read_text(r, model));
 	for (uint32_t i = 0; i < 4; i++) {
 		rbf_component *c = model->component + i;
-		RBF_TRY(read_component(r, i, c));
+		RBF_TRY(read_component(r, i, model));
 		if (!c->present)
 			continue;
 		if (model->channels && model->channels != c->channels)

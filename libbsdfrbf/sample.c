@@ -1,42 +1,24 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
- * The evaluated density is a sum of terms: corner k, frame f, lobe j. Each term is at most
- *     w_k gain_kf H_j (1 + sin(i,k) T_j)  times the lobe,
- * H_j bounding the share that a corner takes over from less valid ones (1 where a lobe keeps away from the horizon) and T_j
- * the slope of the half map's change of solid angle. A lobe is drawn by that bound (two tables of running sums: H m and H T m),
- * a direction is drawn from the lobe, carried back through the map, and kept with the probability true term / bound: what is
- * kept is distributed exactly as the sum, whatever the overlaps (thinning).
+ * The evaluated density is a sum of terms: corner k, frame f, lobe j. Each is
+ *     w_k s_k F  times the lobe,  F <= gain_kf (1 + sin(i,k) T_j),
+ * s_k the share of the corner among corners (1, but at most RBF_VALID_GAIN = 2 where it takes over from less valid ones), F the factor of
+ * the map, T_j the slope of the half map's change of solid angle. A lobe is drawn by its part of that bound, a direction is drawn
+ * from the lobe, carried back through the map, and kept with the probability true term / bound: what is kept is distributed exactly as
+ * the sum, whatever the overlaps (thinning). min(s_k, 1) and the excess s_k - 1 are separate terms: only what lies in a band above the
+ * horizon can have an excess, and of a lobe that is centred above the band only the tail is drawn for that.
  */
 #include "bounds.h"
+#include "clones.h"
 #include "elementary.h"
+#include "kernel.h"
 #include "sample.h"
 
 #include <string.h>
 
 enum { TRIES = 1024 };
-static const float TWIST = .05f;        /* what two rotations one after the other can add to the angle between the corners */
 
-void rbf_lobe_reach(const rbf_reach *r, const float centre[3], float kappa, float *gain, float *slant)
-{
-	const float spread = (kappa > 0 ? RBF_LOBE_SPREAD / sqrtf(kappa) : 4) + r->motion;
-	const float lobe = acosf(rbf_min(rbf_max(centre[2], -1.f), 1.f)) + spread;
-	float lowest = cosf(rbf_min(lobe + r->margin + TWIST, (float)(RBF_PI / 2))); /* z at another corner */
-	if (rbf_map_get(r->map)->kind == RBF_KIND_SHIFT) {
-		const float s = sinf(rbf_min(lobe, (float)(RBF_PI / 2))) + 2 * sinf(.5f * r->margin);
-		lowest = s < 1 ? sqrtf(1 - s*s) : 0;
-	}
-	const float v = lowest * (1 / RBF_VALID_Z);
-	*gain = r->map == RBF_MAP_FIXED || v >= 1 ? 1 : v * v > 1 / RBF_VALID_GAIN ? 1 / (v * v) : RBF_VALID_GAIN;
-	*slant = 0;
-	if (r->map == RBF_MAP_HALF) {
-		/* exitant directions above the horizon map to at most `beyond` below it */
-		const float theta = acosf(rbf_min(rbf_max(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
-		const float half = .5f * rbf_min(rbf_angle(r->base, centre) + spread, theta);
-		*slant = half < 1.55f ? rbf_min(tanf(half), RBF_SLANT_MAX) : RBF_SLANT_MAX;
-	}
-}
-
-void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
+static inline void centre_of(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
 {
 	const rbf_component *c = site->component;
 	const rbf_block *b = &c->block[block];
@@ -56,6 +38,11 @@ void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint
 		}
 	if (moved)
 		rbf_normalize(centre);
+}
+
+void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
+{
+	centre_of(site, corner, block, lane, centre);
 }
 
 /* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
@@ -86,33 +73,37 @@ static inline void circle(double v, double *cosine, double *sine)
 	*sine = -2 * s * c;
 }
 
-/* As rbf_lobe_draw(), quicker and not to the last digit. */
-static inline void draw(const float centre[3], double kappa, double u, double v, float out[3])
+/* As rbf_lobe_draw(), quicker and not to the last digit; only at 1 - cos >= gap, which is 0 for broad lobes. far: what is left of the
+ * lobe at the other end of the sphere. */
+static inline void draw(const float centre[3], double kappa, double far, double gap, double u, double v, float out[3])
 {
-	const double rest = kappa > 20 ? u : u + (1 - u) * exp(-2 * kappa);
-	double w = rest > 0 ? (double)rbf_minus_log((float)rest) / kappa : 2, cosine, sine;
+	const double rest = u + (1 - u) * far;
+	double w = rest > 0 ? gap + (double)rbf_minus_log((float)rest) / kappa : 2, cosine, sine;
 	w = w < 2 ? w : 2;
 	circle(v, &cosine, &sine);
 	around(centre, w, cosine, sine, out);
 }
 
-/* Carries a direction drawn at a corner back to the site. Returns the term's value over the lobe's: the factor of the map, the
- * corner's share and the limit at the horizon; 0 if it falls outside. exitant is folded. clear: of rbf_sampler. */
-static inline float carry(const rbf_site *site, uint32_t corner, uint32_t frame, float clear, const float drawn[3], float exitant[3])
+/* Carries a direction drawn at a corner back to the site. Returns the factor of the map, with the limit at the horizon; 0 if it falls
+ * outside. exitant is folded. *share: the corner's. clear: of rbf_sampler. */
+static inline float carry(const rbf_site *site, uint32_t corner, uint32_t frame, float clear, const float drawn[3], float exitant[3],
+	float *share)
 {
 	float p[3];
 	rbf_mirror(site->vertex_op[corner], drawn, p);
 	const float factor = rbf_warp_inverse(&site->warp[corner][frame], p, exitant);
+	*share = 1;
 	if (!(factor > 0) || !(exitant[2] > 0))
 		return 0;
 	if (exitant[2] >= clear)
 		return factor;
-	float share[3], gain[3], mapped[3][3];
-	rbf_site_map(site, frame, exitant, share, gain, mapped);
-	return factor * share[corner] * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
+	float shares[3], gain[3], mapped[3][3];
+	rbf_site_map(site, frame, exitant, shares, gain, mapped);
+	*share = shares[corner];
+	return factor * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
 }
 
-static uint64_t scramble(uint64_t *state) /* SplitMix64: Steele et al., Fast splittable pseudorandom number generators, 2014 */
+static inline uint64_t scramble(uint64_t *state) /* SplitMix64: Steele et al., Fast splittable pseudorandom number generators, 2014 */
 {
 	uint64_t z = *state += 0x9e3779b97f4a7c15u;
 	z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -120,13 +111,18 @@ static uint64_t scramble(uint64_t *state) /* SplitMix64: Steele et al., Fast spl
 	return z ^ (z >> 31);
 }
 
-double rbf_uniform(uint64_t *state)
+static inline double uniform(uint64_t *state)
 {
 	return (double)(scramble(state) >> 11) * 0x1p-53;
 }
 
+double rbf_uniform(uint64_t *state)
+{
+	return uniform(state);
+}
+
 /* The even bits of x, moved together. */
-static uint64_t even_bits(uint64_t x)
+static inline uint64_t even_bits(uint64_t x)
 {
 	x &= 0x5555555555555555u;
 	x = (x | x >> 1) & 0x3333333333333333u;
@@ -136,16 +132,21 @@ static uint64_t even_bits(uint64_t x)
 	return (x | x >> 16) & 0xffffffffu;
 }
 
-void rbf_split_number(double u, double *a, double *b)
+static inline void split(double u, double *a, double *b)
 {
 	const uint64_t bits = (uint64_t)(u * 0x1p40);
 	*a = ((double)even_bits(bits) + .5) * 0x1p-20;
 	*b = ((double)even_bits(bits >> 1) + .5) * 0x1p-20;
 }
 
+void rbf_split_number(double u, double *a, double *b)
+{
+	split(u, a, b);
+}
+
 /* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise. By compares that do not wait for each
  * other, and no branch that could be guessed wrong. */
-static inline uint32_t first_above(const float *rising, uint32_t blocks, float target)
+static inline uint32_t first_above(const uint16_t *rising, uint32_t blocks, uint32_t target)
 {
 	uint32_t block = 0, ways = 0, lane = 0;
 	for (uint32_t n = 8; n < blocks; n += 8)
@@ -159,9 +160,16 @@ static inline uint32_t first_above(const float *rising, uint32_t blocks, float t
 	return block * RBF_LANES + lane;
 }
 
-/* No map of a site moves an exitant direction by more than the angle given here: a half map mirrors both ends of the arc from i to k,
- * a turn is known. A shift moves its tangential components. */
-static float clear_of(const rbf_site *site, uint32_t frame)
+/* Share of an entry of a set's table. */
+static inline uint32_t share_at(const uint16_t *running, uint32_t at)
+{
+	return (uint16_t)(running[at] - (at ? running[at - 1] : 0));
+}
+
+/* Heights from which on no direction, at the site (*clear) or at a corner (*band), has a mapped direction lower than RBF_VALID_Z. No map
+ * moves a direction by more than an angle: a half map mirrors both ends of the arc from i to k, a turn is known. Shifts move tangential
+ * components. */
+static void heights(const rbf_site *site, uint32_t frame, float *clear, float *band)
 {
 	static const float VALID_S = .9539392f; /* the sine that belongs to RBF_VALID_Z */
 	float cosine = 1, shift2 = 0;
@@ -171,41 +179,48 @@ static float clear_of(const rbf_site *site, uint32_t frame)
 		if (w->kind == RBF_KIND_SHIFT)
 			shift2 = rbf_max(w->m[0]*w->m[0] + w->m[1]*w->m[1], shift2);
 	}
+	*clear = *band = 2;
 	if (shift2 > 0) {
-		const float s = VALID_S - sqrtf(shift2);
-		return s > 0 ? sqrtf(1 - s*s) + 1e-4f : 2;
+		const float s = VALID_S - sqrtf(shift2), t = s - sqrtf(shift2);
+		*clear = s > 0 ? sqrtf(1 - s*s) + 1e-4f : 2;
+		*band = t > 0 ? sqrtf(1 - t*t) + 1e-4f : 2;
+		return;
 	}
-	return cosine > RBF_VALID_Z ? RBF_VALID_Z * cosine + VALID_S * sqrtf(rbf_max(1 - cosine*cosine, 0)) + 1e-4f : 2;
+	/* the sum of angles, one more each time */
+	const float sine = sqrtf(rbf_max(1 - cosine*cosine, 0.f));
+	const float up = RBF_VALID_Z * cosine + VALID_S * sine, along = VALID_S * cosine - RBF_VALID_Z * sine;
+	if (along > 0)
+		*clear = up + 1e-4f;
+	if (along > 0 && along * cosine > up * sine)
+		*band = up * cosine + along * sine + 1e-4f;
 }
 
 void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
 {
 	const rbf_component *c = site->component;
-	double total = 0;
-	sampler->parts = 0;
-	for (uint32_t k = 0; k < site->corners; k++)
+	const uint32_t tables = rbf_draw_tables(c);
+	uint32_t parts = 0;
+	float total = 0;
+	for (uint32_t f = 0; f < c->frames; f++)
+		heights(site, f, &sampler->clear[f], &sampler->band[f]);
+	for (uint32_t k = 0; k < site->corners; k++) {
+		sampler->excess[k] = rbf_min(1.f, 1 / site->weight[k] - 1); /* a share is at most 1 over the weight */
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			const rbf_warp *warp = &site->warp[k][f];
-			const double bound = (double)(site->weight[k] * warp->gain);
-			for (uint32_t t = 0; t < 2; t++) {
-				const double slant = t ? (double)warp->sine : 1;
-				if (!(slant > 0) || !set->blocks)
+			const float each = site->weight[k] * warp->gain * RBF_DRAW_TOTAL;
+			const float of[3] = {each * set->unit[0], each * set->unit[1] * sampler->excess[k], each * set->unit[2] * warp->sine};
+			for (uint32_t t = 0; t < tables; t++) {
+				sampler->part[parts] = (struct rbf_sampler_part){set, (uint8_t)k, (uint8_t)f, (uint8_t)t};
+				sampler->running[parts] = (double)(total + of[t]);
+				if (!(of[t] > 0) || !set->blocks) /* the next one takes its place */
 					continue;
-				struct rbf_sampler_part *part = &sampler->part[sampler->parts];
-				part->cumulative = c->cumulative + ((size_t)t * c->blocks + set->first) * RBF_LANES;
-				part->mass = set->mass[t];
-				part->first = set->first;
-				part->blocks = set->blocks;
-				part->corner = (uint8_t)k;
-				part->frame = (uint8_t)f;
-				part->below = total;
-				sampler->running[sampler->parts++] = total += bound * slant * part->mass;
-				part->scale = total > part->below ? part->mass / (total - part->below) : 0;
+				total += of[t];
+				parts++;
 			}
 		}
-	for (uint32_t f = 0; f < c->frames; f++)
-		sampler->clear[f] = clear_of(site, f);
+	}
+	sampler->parts = parts;
 }
 
 /* Into [0, 1). */
@@ -214,7 +229,25 @@ static inline double clamped(double u)
 	return u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
 }
 
-int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
+/* What a lobe's bounds come to at a site (integral: of the lobe): luminance, the bound of that with the factor of the map, and the bound in the band. */
+typedef struct bounds { float mass, whole, band; } bounds;
+
+static inline bounds bounds_at(const rbf_component *c, const struct rbf_sampler_part *part, float sine, uint32_t at, float integral)
+{
+	const size_t lanes = (size_t)c->blocks * RBF_LANES;
+	const rbf_set *set = part->set;
+	const uint32_t block = set->first + at / RBF_LANES;
+	const uint16_t *running = c->draws + (size_t)set->first * RBF_LANES;
+	bounds b = {.mass = integral * c->amplitude[(size_t)rbf_luminance(c->channels) * c->blocks + block].a[at % RBF_LANES],
+		.whole = set->unit[RBF_DRAW_MASS] * (float)share_at(running, at)};
+	if (sine > 0)
+		b.whole += sine * set->unit[RBF_DRAW_SLANT] * (float)share_at(running + RBF_DRAW_SLANT * lanes, at);
+	if (part->table == RBF_DRAW_BAND)
+		b.band = set->unit[RBF_DRAW_BAND] * (float)share_at(running + RBF_DRAW_BAND * lanes, at);
+	return b;
+}
+
+RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
 {
 	const rbf_component *c = site->component;
 	const size_t lanes = (size_t)c->blocks * RBF_LANES;
@@ -226,37 +259,53 @@ int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, 
 	u = clamped(u);
 	uint64_t state;
 	memcpy(&state, &u, sizeof state);
-	for (int attempt = 0; attempt < TRIES; attempt++) {
+	for (int attempt = 0; attempt < TRIES; attempt++, u = uniform(&state)) {
 		const double pick = u * total;
 		uint32_t p = 0;
 		for (uint32_t n = 0; n < last; n++)
 			p += pick >= sampler->running[n]; /* they rise */
 		const struct rbf_sampler_part *part = &sampler->part[p];
 		const uint32_t frame = part->frame, k = part->corner;
+		const rbf_warp *warp = &site->warp[k][frame];
 		/* the lobe */
-		const double mass = (pick - part->below) * part->scale;
-		const uint32_t low = first_above(part->cumulative, part->blocks, (float)mass);
-		const double from = low ? (double)part->cumulative[low - 1] : 0, step = (double)part->cumulative[low] - from;
-		const uint32_t block = part->first + low / RBF_LANES, lane = low % RBF_LANES;
+		const uint16_t *running = c->draws + part->table * lanes + (size_t)part->set->first * RBF_LANES;
+		const double below = p ? sampler->running[p - 1] : 0, units = RBF_DRAW_TOTAL * (pick - below) / (sampler->running[p] - below);
+		const uint32_t low = first_above(running, part->set->blocks, (uint32_t)units), step = share_at(running, low);
+		const uint32_t block = part->set->first + low / RBF_LANES, lane = low % RBF_LANES;
 		const float kappa = c->block[block].k[lane];
+		if (!(kappa > 0))
+			continue;
+		float centre[3], drawn[3], folded[3], share, keep, gap = 0;
 		double a, b;
-		if (attempt)
-			a = rbf_uniform(&state), b = rbf_uniform(&state);
-		else
-			rbf_split_number(step > 0 ? clamped((mass - from) / step) : .5, &a, &b);
-		if (kappa > 0) {
-			float centre[3], drawn[3], folded[3];
-			rbf_site_centre(site, k, block, lane, centre);
-			draw(centre, (double)kappa, a, b, drawn);
-			const float value = carry(site, k, frame, sampler->clear[frame], drawn, folded);
-			const float *reach = c->reach + (size_t)block * RBF_LANES + lane;
-			const float bound = rbf_warp_bound(&site->warp[k][frame], reach[lanes]) * reach[0];
-			if (value > 0 && (value >= bound || rbf_uniform(&state) * (double)bound < (double)value)) {
-				rbf_site_unfold(site, folded, exitant);
-				return 1;
-			}
+		centre_of(site, k, block, lane, centre);
+		const double far = kappa > RBF_LOBE_SHARP ? 0 : exp(-2 * (double)kappa);
+		const bounds bound = bounds_at(c, part, warp->sine, low, (float)(2 * RBF_PI * (1 - far)) / kappa);
+		keep = bound.mass / (bound.whole * warp->gain);
+		if (part->table == RBF_DRAW_BAND) {
+			gap = rbf_max(rbf_lobe_gap(c->block[block].z[lane], kappa, part->set->band), rbf_lobe_gap(centre[2], kappa, sampler->band[frame]));
+			const float some = expf(-kappa * gap) * bound.whole / bound.band;
+			if (some < 1 && uniform(&state) >= (double)some)
+				continue;
+			keep *= rbf_max(some, 1.f) / sampler->excess[k];
 		}
-		u = rbf_uniform(&state);
+		if (attempt)
+			a = uniform(&state), b = uniform(&state);
+		else
+			split(step ? clamped((units - (running[low] - (double)step)) / step) : .5, &a, &b);
+		draw(centre, (double)kappa, far, (double)gap, a, b, drawn);
+		if (part->table == RBF_DRAW_BAND && drawn[2] >= rbf_min(sampler->band[frame], part->set->band))
+			continue;
+		keep *= carry(site, k, frame, sampler->clear[frame], drawn, folded, &share);
+		keep *= part->table == RBF_DRAW_BAND ? rbf_max(share - 1, 0.f) : rbf_min(share, 1.f);
+		if (keep >= 1 || (keep > 0 && uniform(&state) < (double)keep)) {
+			rbf_site_unfold(site, folded, exitant);
+			return 1;
+		}
 	}
 	return 0;
+}
+
+int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
+{
+	return sample(site, sampler, u, exitant);
 }

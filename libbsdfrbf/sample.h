@@ -2,21 +2,20 @@
 /* Sampling of what evaluate.h evaluates: the same terms, drawn instead of summed. */
 #ifndef RBF_SAMPLE_H
 #define RBF_SAMPLE_H
+#include "draws.h"
 #include "evaluate.h"
 
-#define RBF_LOBE_SPREAD 4.f /* sigmas that the bounds cover: all but 3e-4 of a lobe */
-
-/* What all draws at one site have in common. A part is one table of running sums for one corner and frame. */
+/* What all draws at one site have in common. A part is one table of one corner and frame. */
 typedef struct rbf_sampler {
 	uint32_t parts;
 	float clear[RBF_MAX_FRAMES];       /* z of exitant directions from which on no corner of a frame takes over from another */
-	double running[2 * RBF_SITE_JOBS]; /* sum of the parts' bounds */
+	float band[RBF_MAX_FRAMES];        /* the same of directions at the corners */
+	float excess[3];                   /* by how much the share of a corner can be above 1 */
+	double running[3 * RBF_SITE_JOBS]; /* sum of the parts' bounds */
 	struct rbf_sampler_part {
-		const float *cumulative;
-		double below, scale, mass; /* running sum before it; from that sum to the table's, whose total is mass */
-		uint32_t first, blocks;
-		uint8_t corner, frame;
-	} part[2 * RBF_SITE_JOBS];
+		const rbf_set *set;
+		uint8_t corner, frame, table;
+	} part[3 * RBF_SITE_JOBS];
 } rbf_sampler;
 
 void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
@@ -36,16 +35,4 @@ void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint
 
 /* Direction from a lobe exp(kappa (cos - 1)), kappa > 0, by two numbers of [0, 1); may lie below the horizon. */
 void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3]);
-
-/* What the bounds of a lobe depend on, angles in radians. */
-typedef struct rbf_reach {
-	unsigned map;
-	float base[3];       /* measured incidence */
-	float margin;        /* largest angle to a neighbouring vertex, as rbf_map_margin() */
-	float beyond;        /* largest angle to an incident direction that the base serves */
-	float motion;        /* largest residual motion of the lobe */
-} rbf_reach;
-
-/* Bounds stored with each lobe (rbf_component.reach), see sample.c. */
-void rbf_lobe_reach(const rbf_reach *reach, const float centre[3], float kappa, float *gain, float *slant);
 #endif

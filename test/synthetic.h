@@ -3,7 +3,7 @@
 #ifndef TEST_SYNTHETIC_H
 #define TEST_SYNTHETIC_H
 #include "arrays.h"
-#include "map.h"
+#include "draws.h"
 
 #include <stdlib.h>
 
@@ -57,7 +57,7 @@ static inline void synthetic_numbers(const synthetic *want, rbf_component *c)
 /* Fills the arrays that hold indices; they must have been allocated. */
 static inline void synthetic_indices(const synthetic *want, rbf_component *c, uint64_t *state)
 {
-	const uint32_t cells = RBF_MESH_GRID * RBF_MESH_GRID, per_base = want->frames * want->blocks_per_set;
+	const uint32_t cells = rbf_mesh_cells(&c->mesh), per_base = want->frames * want->blocks_per_set;
 	rbf_set *set = (rbf_set *)c->set;
 	rbf_base_info *info = (rbf_base_info *)c->base_info;
 	uint32_t *shift_of = (uint32_t *)c->shift_of;
@@ -93,7 +93,7 @@ static inline void synthetic_indices(const synthetic *want, rbf_component *c, ui
 	for (uint32_t i = 0; i < c->sets; i++) {
 		set[i].first = i * want->blocks_per_set;
 		set[i].blocks = want->blocks_per_set;
-		set[i].mass[0] = set[i].mass[1] = .5;
+		set[i].unit[RBF_DRAW_MASS] = set[i].unit[RBF_DRAW_BAND] = set[i].band = .5f;
 	}
 	for (uint32_t i = 0; i < c->mesh.bases; i++) {
 		info[i].direction[2] = 1;

@@ -98,6 +98,24 @@ static void answers_are_the_same(void **state)
 		}
 }
 
+/* A thread keeps the side that it sampled last: of that model, side and incidence alone. */
+static void last_side_is_the_one_asked_for(void **state)
+{
+	(void)state;
+	static const float in[2][3] = {{.3f, .2f, .8f}, {.3f, .2f, .9f}};
+	uint64_t seed = 21;
+	for (int n = 0; n < 200; n++) {
+		const int k = (int)(MODELS * random_unit(&seed)), transmit = random_unit(&seed) < .5, d = random_unit(&seed) < .5;
+		const double u = random_unit(&seed);
+		bsdfrbf_incidence at;
+		float a[4] = {0}, b[4] = {0};
+		bsdfrbf_prepare(model[k], in[d], &at);
+		a[3] = (float)bsdfrbf_sample(model[k], in[d], transmit, u, a);
+		b[3] = (float)bsdfrbf_incidence_sample(&at, transmit, u, b);
+		SAME(a, b);
+	}
+}
+
 /* The last ones transmit from the front alone, and answer from the back by reciprocity. */
 static int setup(void **state)
 {
@@ -124,6 +142,6 @@ static int teardown(void **state)
 
 int main(void)
 {
-	const struct CMUnitTest tests[] = { cmocka_unit_test(answers_are_the_same) };
+	const struct CMUnitTest tests[] = {cmocka_unit_test(answers_are_the_same), cmocka_unit_test(last_side_is_the_one_asked_for)};
 	return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -199,8 +199,8 @@ static void check_structure(const rbf_mesh *m, const plan *plan, long exclude)
 			cyclic |= m->element[e].v[k] == m->border[i][0] && m->element[e].v[(k + 1) % 3] == m->border[i][1];
 		assert_true(cyclic || m->symmetry == RBF_ISOTROPIC);
 	}
-	assert_true(m->cell_first[0] == 0 && m->cell_first[RBF_MESH_GRID * RBF_MESH_GRID] == m->cell_entries);
-	for (uint32_t c = 0; c < RBF_MESH_GRID * RBF_MESH_GRID; c++)
+	assert_true(m->cell_first[0] == 0 && m->cell_first[rbf_mesh_cells(m)] == m->cell_entries);
+	for (uint32_t c = 0; c < rbf_mesh_cells(m); c++)
 		for (uint32_t k = m->cell_first[c]; k < m->cell_first[c + 1]; k++) {
 			const uint32_t item = m->cell_element[k];
 			assert_true((item & ~RBF_MESH_BORDER) < (item & RBF_MESH_BORDER ? m->borders : m->elements));

@@ -16,7 +16,7 @@
 #include <cmocka.h>
 
 /* 26,000 incidences of 300 lobes, mirrored, with residual transport. */
-static const synthetic large = {1, RBF_BILATERAL_Y, 27000, 54000, 54000, 300, 108000, 1, 1, 38, 8, 1};
+static const synthetic large = {1, RBF_BILATERAL_Y, 30000, 60000, 60000, 300, 120000, 1, 1, 38, 8, 1};
 
 #ifndef ROW
 #define ROW 8
@@ -69,7 +69,7 @@ static int make_large(void **state)
 	rbf_record_part part[RBF_RECORD_PARTS];
 	rbf_record_component component[4];
 	rbf_record_section directory[RBF_RECORD_PARTS];
-	rbf_record_header h = {.endian = RBF_RECORD_ENDIAN, .major = RBF_RECORD_MAJOR};
+	rbf_record_header h = {.endian = RBF_RECORD_ENDIAN, .major = RBF_RECORD_MAJOR, .minor = RBF_RECORD_MINOR};
 	uint64_t seed = 3;
 	(void)state;
 	model.channels = large.channels;

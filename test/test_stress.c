@@ -435,7 +435,7 @@ static void check_energy(const subject *s, double *table_error, double *lobe_err
 	double sent = 0;
 	for (uint32_t k = 0; k < site.corners; k++)
 		for (uint32_t f = 0; f < s->c->frames; f++)
-			sent += (double)site.weight[k] * s->c->set[site.base[k] * s->c->frames + f].mass[0];
+			sent += (double)site.weight[k] * s->c->set[site.base[k] * s->c->frames + f].unit[RBF_DRAW_MASS] * RBF_DRAW_TOTAL;
 	if (truth < SEEN * sent)
 		lost++;
 	else if (truth > 1e-12) {
