@@ -329,7 +329,7 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_comp
 	float *expected = calloc((size_t)m->bases + 1, sizeof *expected);
 	if (!expected)
 		return out_of_memory(context);
-	const bsdfrbf_status status = j->measured.ready ? BSDFRBF_OK : rbf_expect(context, m, j->choice.base_error, j->scatter, expected);
+	const bsdfrbf_status status = j->measured.ready ? BSDFRBF_OK : rbf_expect(context, m, c, j->choice.base_error, j->scatter, expected);
 	for (uint32_t b = 0; b < m->bases; b++) {
 		float value[3];
 		for (int n = 0; n < 3; n++)

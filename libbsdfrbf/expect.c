@@ -6,10 +6,15 @@
  * geometry, and then the error of any other triangle of the neighbourhood, whose mean over the triangle has w_i w_j = 1/12 (1/6 on a
  * segment). The fits' errors average there with sum w^2 = 1/2 (2/3). Leaving an incidence out tells of the direction across the gap; of the one
  * along it nothing is known, and half as much is taken.
+ *
+ * A beam that ends between corners is not smooth. Where one corner's light and that of the others lie apart, their disagreement in the
+ * middle is 1 + 1/3 (1 on a segment); interpolated at weight w, the truth on one side or the other of an end that may be anywhere, it
+ * errs by 4 w (1 - w), which is 2/3 on average.
  */
 #include "expect.h"
 #include "bounds.h"
 #include "difference.h"
+#include "disagreement.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -154,13 +159,25 @@ static double element_error(const rbf_mesh *mesh, const rbf_element *e, const le
 	return sqrt(bend * bend + own * own * (chain ? 2. / 3 : .5));
 }
 
-bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const float *left_out, const float *fit, float *expected)
+/* Error of each element in which a beam ends, 0 of the others. */
+static void ends(const rbf_component *c, float *error)
+{
+	const float of_disagreement = c->mesh.symmetry == RBF_ISOTROPIC ? 2 / 3.f : .5f;
+	#pragma omp parallel for schedule(dynamic)
+	for (int64_t n = 0; n < (int64_t)c->mesh.elements; n++) {
+		const float disagreement = rbf_disagreement(c, (uint32_t)n);
+		error[n] = disagreement > BSDFRBF_CUTOFF ? of_disagreement * disagreement : 0;
+	}
+}
+
+bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const rbf_component *c, const float *left_out, const float *fit,
+	float *expected)
 {
 	lesson *known = calloc((size_t)m->bases + 1, sizeof *known);
 	double usual = 0;
 	double *area = calloc((size_t)m->bases + 1, sizeof *area);
-	float *own = malloc(((size_t)m->bases + 1) * sizeof *own);
-	bsdfrbf_status status = known && area && own ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	float *own = malloc(((size_t)m->bases + 1) * sizeof *own), *end = malloc(((size_t)m->mesh.elements + 1) * sizeof *end);
+	bsdfrbf_status status = known && area && own && end ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	uint32_t told = 0;
 	for (uint32_t b = 0; b < m->bases; b++)
 		expected[b] = 0;
@@ -174,9 +191,11 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const f
 		usual += known[b].bend;
 		told++;
 	}
+	if (told && status == BSDFRBF_OK)
+		ends(c, end);
 	for (uint32_t n = 0; n < m->mesh.elements && told && status == BSDFRBF_OK; n++) {
 		const rbf_element *e = &m->mesh.element[n];
-		const double size = element_area(&m->mesh, e), error = element_error(&m->mesh, e, known, own, usual / told);
+		const double size = element_area(&m->mesh, e), error = fmax(element_error(&m->mesh, e, known, own, usual / told), (double)end[n]);
 		for (int i = 0; i < (m->symmetry == RBF_ISOTROPIC ? 2 : 3); i++) {
 			const uint32_t b = m->mesh.vertex[e->v[i]].base;
 			expected[b] += (float)(size * error);
@@ -188,6 +207,7 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const f
 	free(known);
 	free(area);
 	free(own);
+	free(end);
 	return status;
 }
 

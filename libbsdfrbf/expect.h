@@ -13,8 +13,10 @@ int rbf_expect_fit(const rbf_measured *measured, const rbf_trials *trials, const
 	const uint32_t *count, float *fit);
 
 /* Mean relative L1 to expect in the triangles around each incidence, expected[bases], from the errors with which incidences were
- * predicted when left out (< 0: not known) and those of the fits; 0 where nothing is known. Errors: as rbf_mesh_build(). */
-bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *fitted, const float *left_out, const float *fit, float *expected);
+ * predicted when left out (< 0: not known) and those of the fits; 0 where nothing is known. component: made of these fits. Opens an OpenMP
+ * region. Errors: as rbf_mesh_build(). */
+bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *fitted, const rbf_component *component, const float *left_out,
+	const float *fit, float *expected);
 
 /* Mean over the mesh by solid angle; < 0: unknown. */
 float rbf_expected_mean(const rbf_component *component);

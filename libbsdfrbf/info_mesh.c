@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The mesh of incident directions and the lobes that move along its edges, for people and their tools. */
 #include "bounds.h"
+#include "disagreement.h"
 #include "map.h"
 
 #include <string.h>
@@ -31,6 +32,12 @@ bsdfrbf_status bsdfrbf_get_triangle(const bsdfrbf_model *model, bsdfrbf_componen
 	for (int n = 0; n < 3; n++)
 		corner[n] = (int)rbf_bound(c->mesh.element[index].v[n], c->mesh.vertices);
 	return BSDFRBF_OK;
+}
+
+float bsdfrbf_get_disagreement(const bsdfrbf_model *model, bsdfrbf_component component, int index)
+{
+	const rbf_component *c = component_of(model, component);
+	return c && index >= 0 && (uint32_t)index < c->mesh.elements ? rbf_disagreement(c, (uint32_t)index) : -1;
 }
 
 /* Residual motion of all lobes of vertex `from` as the incident direction goes to vertex `to`, or NULL. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Where a beam ends between measured incidences: what the corners of a triangle say about its middle. */
 #include "bounds.h"
+#include "disagreement.h"
 #include "sample.h"
 
 #include <string.h>
@@ -35,19 +35,16 @@ static void single_out(const rbf_site *site, uint32_t k, rbf_site *one)
 }
 
 /* Directions are drawn from what the corners say together; each corner alone is compared with that. */
-float bsdfrbf_get_disagreement(const bsdfrbf_model *model, bsdfrbf_component component, int index)
+float rbf_disagreement(const rbf_component *c, uint32_t element)
 {
-	if (!bsdfrbf_has(model, component) || index < 0 || (uint32_t)index >= model->component[component].mesh.elements)
-		return -1;
-	const rbf_component *c = &model->component[component];
 	const uint32_t y = rbf_luminance(c->channels);
 	rbf_site all, one[3];
 	rbf_sampler sampler;
 	float weight[3], d[3], most = 0;
 	double sum[3] = {0, 0, 0};
 	int drawn = 0;
-	middle_of(c, (uint32_t)index, weight, d);
-	rbf_site_place(c, (uint32_t)index, weight, d, &all);
+	middle_of(c, element, weight, d);
+	rbf_site_place(c, element, weight, d, &all);
 	rbf_sampler_set(&all, &sampler);
 	for (uint32_t k = 0; k < all.corners; k++)
 		single_out(&all, k, &one[k]);
