@@ -165,7 +165,7 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 					continue;
 				const float dx = k->x[i] - centre[0], dy = k->y[i] - centre[1], dz = k->z[i] - centre[2];
 				const float d = fmaxf(sqrtf(dx*dx + dy*dy + dz*dz) - radius, 0.f), e = .5f * k->k[i] * d * d;
-				if (e < 40)
+				if (e < 87) /* else nothing is left of it in a float */
 					bound[g] += amplitude * expf(-e);
 			}
 	}

@@ -9,11 +9,12 @@
 #include "integrate.h"
 #include "sample.h"
 
-enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128, LANES = 8 };
+enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128, LANES = 8, SHARES = 32 };
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
 static const float POINTS_INSIDE = 900, POINTS_HORIZON = 8000;
 static const float CLEAR = .0108f; /* rad above the horizon, where nothing is lost */
+static const double TAIL = .03;    /* of the light */
 static const float FAINT = 16;     /* a kappa above it leaves nothing at the other end of the sphere */
 
 /* Directions of a golden spiral, in double length: a lobe starts where it likes. */
@@ -70,15 +71,17 @@ RBF_CLONES static void add_pairs(const spread *l, const float *cosine, const flo
 	}
 }
 
-static inline void add_points(const spiral *s, const float centre[3], float kappa, uint32_t turn, int pairs, unsigned op, batch *b)
+/* share: one of as many sets of points that lie between each other. */
+static inline void add_points(const spiral *s, const float centre[3], float kappa, uint32_t turn, int share, int shares, int pairs, unsigned op,
+	batch *b)
 {
 	const float mx = op & 1 ? -1.f : 1.f, my = op & 2 ? -1.f : 1.f;
 	float t[3], u[3];
 	rbf_basis(centre, t, u);
 	const float offset = .56984029f * (float)(turn % 1024) + .5f;
 	const spread l = {{mx * t[0], mx * u[0], mx * centre[0]}, {my * t[1], my * u[1], my * centre[1]}, {t[2], u[2], centre[2]},
-		offset - floorf(offset), 1 / (float)pairs, kappa > FAINT ? 0 : expf(-2 * kappa), 1 / kappa};
-	const uint32_t from = turn * 37 % TURNS;
+		((float)share + offset - floorf(offset)) / (float)shares, 1 / (float)pairs, kappa > FAINT ? 0 : expf(-2 * kappa), 1 / kappa};
+	const uint32_t from = (turn * 37 + (uint32_t)share * 29) % TURNS;
 	add_pairs(&l, s->cosine + from, s->sine + from, pairs, b->p[0] + b->count, b->p[1] + b->count, b->p[2] + b->count);
 	b->count += 2 * pairs;
 }
@@ -196,7 +199,8 @@ static int above(float low, const float centre[3], float reach)
 		&& centre[2] > low * (1 - s * (1 / 2.f - s * (1 / 24.f))) + along * reach * (1 - s * (1 / 6.f - s * (1 / 120.f)));
 }
 
-void rbf_site_dhr(const rbf_site *site, double value[3])
+/* finer: so many times the points. Returns the luminance that is sent, before maps and horizon. */
+static float add_up(const rbf_site *site, int finer, double value[3])
 {
 	const rbf_component *c = site->component;
 	const uint32_t y = rbf_luminance(c->channels);
@@ -233,17 +237,26 @@ void rbf_site_dhr(const rbf_site *site, double value[3])
 				batch *b = whole ? &inside : &horizon;
 				const float part = energy * c->amplitude[(size_t)y * c->blocks + block].a[lane] / all;
 				const float wanted = ceilf(part * .5f * (whole ? POINTS_INSIDE : POINTS_HORIZON));
-				const int pairs = wanted < PAIRS_MOST ? wanted > 1 ? (int)wanted : 1 : PAIRS_MOST;
-				if (b->count + 2 * pairs > BATCH)
-					deliver(site, k, f, whole, b, value);
-				for (uint32_t n = 0; n < c->channels; n++) {
-					const float each = energy * c->amplitude[(size_t)n * c->blocks + block].a[lane] / (float)(2 * pairs);
-					for (int p = 0; p < 2 * pairs; p++)
-						b->energy[n][b->count + p] = each;
+				const int pairs = wanted < PAIRS_MOST ? wanted > 1 ? (int)wanted : 1 : PAIRS_MOST, shares = finer * (1 + (int)wanted / (PAIRS_MOST + 1));
+				for (int share = 0; share < shares; share++) {
+					if (b->count + 2 * pairs > BATCH)
+						deliver(site, k, f, whole, b, value);
+					for (uint32_t n = 0; n < c->channels; n++) {
+						const float each = energy * c->amplitude[(size_t)n * c->blocks + block].a[lane] / (float)(2 * pairs * shares);
+						for (int p = 0; p < 2 * pairs; p++)
+							b->energy[n][b->count + p] = each;
+					}
+					add_points(&s, centre, kappa, i, share, shares, pairs, site->vertex_op[k], b);
 				}
-				add_points(&s, centre, kappa, i, pairs, site->vertex_op[k], b);
 			}
 			deliver(site, k, f, 1, &inside, value);
 			deliver(site, k, f, 0, &horizon, value);
-		}
+		}	return all;
+}
+
+void rbf_site_dhr(const rbf_site *site, double value[3])
+{
+	const float sent = add_up(site, 1, value);
+	if (value[rbf_luminance(site->component->channels)] < TAIL * (double)sent) /* that of tails alone */
+		add_up(site, SHARES, value);
 }

@@ -3,14 +3,29 @@
 #include "clones.h"
 #include "mesh_inside.h"
 
-/* Weights this far below 0 are rounding: the direction is on an edge. */
-#define ROUNDING (-1e-5f)
+/* Weights this far below 0 are rounding: the direction is on an edge. In thin triangles weights change quickly with the direction, which is
+ * known to some bits. */
+static const float ROUNDING = 1e-5f, ROUNDING_ANGLE = 5e-7f;
 
 typedef struct place {
 	uint32_t item;    /* element, or border with RBF_MESH_BORDER */
 	float quality;    /* element: smallest weight; border: minus the squared distance. The larger the better */
 	float weight[3];
 } place;
+
+/* Whether a direction beside an element is on its edge, but for rounding. */
+static int on_edge(const rbf_mesh *mesh, const place *p)
+{
+	if (!(p->quality > -INFINITY))
+		return 0;
+	const rbf_element *e = &mesh->element[p->item];
+	int on = 1;
+	for (int k = 0; k < 3; k++) {
+		const float rise = mesh->symmetry == RBF_ISOTROPIC ? e->inverse[0][1] : sqrtf(rbf_dot(e->inverse[k], e->inverse[k]));
+		on &= p->weight[k] >= -(ROUNDING + ROUNDING_ANGLE * rise);
+	}
+	return on;
+}
 
 /* Weights in an element, normalised but not clipped. */
 static inline void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
@@ -107,7 +122,7 @@ static __attribute__((noinline)) uint32_t search_cell(const rbf_mesh *mesh, cons
 		if (element.quality >= 0)
 			return finish(mesh, &element, corner, weight);
 	}
-	if (element.quality >= ROUNDING)
+	if (on_edge(mesh, &element))
 		return finish(mesh, &element, corner, weight);
 	for (; k < last; k++)
 		try_border(mesh, rbf_bound_entry(mesh, mesh->cell_element[k] | RBF_MESH_BORDER) & ~RBF_MESH_BORDER, d, &border);
