@@ -214,7 +214,7 @@ static inline __attribute__((always_inline)) void map_frame(const rbf_site *site
 	/* as rbf_warp_validity() */
 	lanes v = {z[0], z[1], z[2], 1};
 	v *= all(1 / RBF_VALID_Z);
-	v = select(v > all(1e-3f), v, all(1e-3f));
+	v = select(v > all(.01f), v, all(.01f));
 	v = select(v < all(1), v, all(1));
 	v *= v;
 	const lanes weighted = v * (lanes){site->weight[0], site->weight[1], site->weight[2], 0};

@@ -111,7 +111,7 @@ CARRY_BACK(carry_back_shift, rbf_shift_inverse)
 			const float o[3] = {e[0][i], e[1][i], e[2][i]}; \
 			float out[3]; \
 			forward(warp, o, out); \
-			const float v = rbf_min(rbf_max(out[2] * (1 / RBF_VALID_Z), 1e-3f), 1.f); \
+			const float v = rbf_min(rbf_max(out[2] * (1 / RBF_VALID_Z), .01f), 1.f); \
 			valid[i] = v * v; \
 		} \
 	}

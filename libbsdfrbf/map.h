@@ -282,7 +282,7 @@ static inline float rbf_warp_validity(const rbf_warp *w, float mapped_z)
 {
 	if (w->kind == RBF_KIND_FIXED)
 		return 1;
-	const float v = rbf_min(rbf_max(mapped_z * (1 / RBF_VALID_Z), 1e-3f), 1.f);
+	const float v = rbf_min(rbf_max(mapped_z * (1 / RBF_VALID_Z), .01f), 1.f);
 	return v * v;
 }
 
