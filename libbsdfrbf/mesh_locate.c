@@ -5,7 +5,7 @@
 
 /* Weights this far below 0 are rounding: the direction is on an edge. In thin triangles weights change quickly with the direction, which is
  * known to some bits. */
-static const float ROUNDING = 1e-5f, ROUNDING_ANGLE = 5e-7f;
+static const float ROUNDING = 1e-6f, ROUNDING_ANGLE = 5e-7f;
 
 typedef struct place {
 	uint32_t item;    /* element, or border with RBF_MESH_BORDER */
