@@ -3,9 +3,8 @@
 #include "clones.h"
 #include "mesh_inside.h"
 
-/* Weights this far below 0 are rounding: the direction is on an edge. In thin triangles weights change quickly with the direction, which is
- * known to some bits. */
-static const float ROUNDING = 1e-6f, ROUNDING_ANGLE = 5e-7f;
+/* Directions this far beside an element are on its edge but for rounding, rad. */
+static const float ROUNDING = 5e-7f;
 
 typedef struct place {
 	uint32_t item;    /* element, or border with RBF_MESH_BORDER */
@@ -13,7 +12,6 @@ typedef struct place {
 	float weight[3];
 } place;
 
-/* Whether a direction beside an element is on its edge, but for rounding. */
 static int on_edge(const rbf_mesh *mesh, const place *p)
 {
 	if (!(p->quality > -INFINITY))
@@ -22,7 +20,7 @@ static int on_edge(const rbf_mesh *mesh, const place *p)
 	int on = 1;
 	for (int k = 0; k < 3; k++) {
 		const float rise = mesh->symmetry == RBF_ISOTROPIC ? e->inverse[0][1] : sqrtf(rbf_dot(e->inverse[k], e->inverse[k]));
-		on &= p->weight[k] >= -(ROUNDING + ROUNDING_ANGLE * rise);
+		on &= p->weight[k] >= -ROUNDING * rise; /* in thin triangles weights change quickly with the direction */
 	}
 	return on;
 }
