@@ -180,6 +180,10 @@ static void heights(const rbf_site *site, uint32_t frame, float *clear, float *b
 			shift2 = rbf_max(w->m[0]*w->m[0] + w->m[1]*w->m[1], shift2);
 	}
 	*clear = *band = 2;
+	if (site->warp[0][frame].kind == RBF_KIND_FIXED) { /* valid everywhere; lower than this there is the limit at the horizon */
+		*clear = *band = RBF_HORIZON_Z;
+		return;
+	}
 	if (shift2 > 0) {
 		const float s = VALID_S - sqrtf(shift2), t = s - sqrtf(shift2);
 		*clear = s > 0 ? sqrtf(1 - s*s) + 1e-4f : 2;
@@ -229,7 +233,8 @@ static inline double clamped(double u)
 	return u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
 }
 
-/* What a lobe's bounds come to at a site (integral: of the lobe): luminance, the bound of that with the factor of the map, and the bound in the band. */
+/* What a lobe's bounds come to at a site (integral: of the lobe): luminance, the bound of that with the factor of the map, and the bound
+ * in the band. */
 typedef struct bounds { float mass, whole, band; } bounds;
 
 static inline bounds bounds_at(const rbf_component *c, const struct rbf_sampler_part *part, float sine, uint32_t at, float integral)
