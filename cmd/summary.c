@@ -42,10 +42,11 @@ static void look(const bsdfrbf_samples *s, double *source, double *grazing, doub
 static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf_component_info *info)
 {
 	const size_t count = bsdfrbf_data_incidences(data, (bsdfrbf_component)component);
-	double *list = malloc((4 * count + 1) * sizeof *list), *source = list, *grazing = list + count, *spacing = list + 2*count, *samples = list + 3*count;
+	double *list = malloc((4 * count + 1) * sizeof *list);
 	size_t used = 0;
 	if (!list)
 		return;
+	double *const source = list, *const grazing = list + count, *const spacing = list + 2*count, *const samples = list + 3*count;
 	for (size_t i = 0; i < count; i++) {
 		bsdfrbf_samples s;
 		if (bsdfrbf_data_get(data, (bsdfrbf_component)component, i, &s) != BSDFRBF_OK || !s.count)
