@@ -85,6 +85,8 @@ static const char *check_mesh(const rbf_mesh *m)
 		if (m->border[i][0] >= m->vertices || m->border[i][1] >= m->vertices
 			|| (m->border[i][2] != RBF_MESH_NO_ELEMENT && m->border[i][2] >= m->elements))
 			return "border";
+	if (m->cell_first[0] != 0 || m->cell_first[cells] != m->cell_entries)
+		return "cell";
 	for (uint32_t i = 0; i < cells; i++) {
 		const uint32_t first = m->cell_first[i], last = m->cell_first[i + 1];
 		if (first > last || last > m->cell_entries)
@@ -109,7 +111,7 @@ static const char *check_sets(const rbf_component *c)
 			return "set";
 		if (s % c->frames && set->first != set[-1].first + set[-1].blocks)
 			return "set";
-		if (!all_finite(set->unit, 3) || !all_finite(&set->band, 1))
+		if (!all_finite(set->unit, 3) || !all_finite(&set->band, 1) || set->unit[0] < 0 || set->unit[1] < 0 || set->unit[2] < 0)
 			return "draws of a set";
 	}
 	return NULL;

@@ -22,10 +22,9 @@ float rbf_lobe_slant(const rbf_reach *r, const float centre[3], float kappa)
  * move their tangential components. */
 float rbf_draw_band(const rbf_reach *r)
 {
-	static const float VALID_S = .9539392f; /* the sine that belongs to RBF_VALID_Z */
 	float edge = asinf(RBF_VALID_Z) + r->margin + TWIST;
 	if (rbf_map_get(r->map)->kind == RBF_KIND_SHIFT)
-		edge = acosf(rbf_max(VALID_S - 2 * sinf(.5f * r->margin), 0.f)) + 1e-3f;
+		edge = acosf(rbf_max(RBF_VALID_S - 2 * sinf(.5f * r->margin), 0.f)) + 1e-3f;
 	return sinf(rbf_min(edge + r->motion, (float)(RBF_PI / 2)));
 }
 

@@ -79,6 +79,7 @@ static inline const char *rbf_map_name(unsigned map)
 	return map < RBF_MAPS ? rbf_map_get(map)->name : "unknown";
 }
 
+#define RBF_VALID_S 0.9539392f /* the sine that belongs to RBF_VALID_Z */
 #define RBF_VALID_Z 0.3f     /* mapped directions lower than this lose weight: lobes are less certain there */
 #define RBF_SHIFT_MIN_Z 0.02f
 #define RBF_TURN_RADIUS 0.99f /* a learned beam is held above the horizon: |e| at most this */

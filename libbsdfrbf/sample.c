@@ -11,39 +11,11 @@
 #include "bounds.h"
 #include "clones.h"
 #include "elementary.h"
-#include "kernel.h"
 #include "sample.h"
 
 #include <string.h>
 
 enum { TRIES = 1024 };
-
-static inline void centre_of(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
-{
-	const rbf_component *c = site->component;
-	const rbf_block *b = &c->block[block];
-	centre[0] = b->x[lane];
-	centre[1] = b->y[lane];
-	centre[2] = b->z[lane];
-	const uint32_t at = block - c->set[site->base[corner] * c->frames].first;
-	int moved = 0;
-	for (int n = 0; n < 2; n++)
-		if (site->shift[corner][n]) {
-			const rbf_shift *s = &site->shift[corner][n][at];
-			const float w = site->shift_weight[corner][n];
-			centre[0] += w * s->x[lane];
-			centre[1] += w * s->y[lane];
-			centre[2] += w * s->z[lane];
-			moved = 1;
-		}
-	if (moved)
-		rbf_normalize(centre);
-}
-
-void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
-{
-	centre_of(site, corner, block, lane, centre);
-}
 
 /* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
 static inline void around(const float centre[3], double w, double cosine, double sine, float out[3])
@@ -59,7 +31,7 @@ static inline void around(const float centre[3], double w, double cosine, double
 /* Jakob, Numerically stable sampling of the von Mises-Fisher distribution on S2, 2012. */
 void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3])
 {
-	const double rest = kappa > 20 ? u : u + (1 - u) * exp(-2. * kappa), phi = 2 * RBF_PI * v;
+	const double rest = kappa > RBF_LOBE_SHARP ? u : u + (1 - u) * exp(-2. * kappa), phi = 2 * RBF_PI * v;
 	around(centre, rest > 0 ? fmin(-log(rest) / kappa, 2) : 2, cos(phi), sin(phi), out);
 }
 
@@ -103,47 +75,6 @@ static inline float carry(const rbf_site *site, uint32_t corner, uint32_t frame,
 	return factor * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
 }
 
-static inline uint64_t scramble(uint64_t *state) /* SplitMix64: Steele et al., Fast splittable pseudorandom number generators, 2014 */
-{
-	uint64_t z = *state += 0x9e3779b97f4a7c15u;
-	z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-	z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-	return z ^ (z >> 31);
-}
-
-static inline double uniform(uint64_t *state)
-{
-	return (double)(scramble(state) >> 11) * 0x1p-53;
-}
-
-double rbf_uniform(uint64_t *state)
-{
-	return uniform(state);
-}
-
-/* The even bits of x, moved together. */
-static inline uint64_t even_bits(uint64_t x)
-{
-	x &= 0x5555555555555555u;
-	x = (x | x >> 1) & 0x3333333333333333u;
-	x = (x | x >> 2) & 0x0f0f0f0f0f0f0f0fu;
-	x = (x | x >> 4) & 0x00ff00ff00ff00ffu;
-	x = (x | x >> 8) & 0x0000ffff0000ffffu;
-	return (x | x >> 16) & 0xffffffffu;
-}
-
-static inline void split(double u, double *a, double *b)
-{
-	const uint64_t bits = (uint64_t)(u * 0x1p40);
-	*a = ((double)even_bits(bits) + .5) * 0x1p-20;
-	*b = ((double)even_bits(bits >> 1) + .5) * 0x1p-20;
-}
-
-void rbf_split_number(double u, double *a, double *b)
-{
-	split(u, a, b);
-}
-
 /* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise. By compares that do not wait for each
  * other, and no branch that could be guessed wrong. */
 static inline uint32_t first_above(const uint16_t *rising, uint32_t blocks, uint32_t target)
@@ -171,8 +102,11 @@ static inline uint32_t share_at(const uint16_t *running, uint32_t at)
  * components. */
 static void heights(const rbf_site *site, uint32_t frame, float *clear, float *band)
 {
-	static const float VALID_S = .9539392f; /* the sine that belongs to RBF_VALID_Z */
 	float cosine = 1, shift2 = 0;
+	if (site->warp[0][frame].kind == RBF_KIND_FIXED) { /* valid everywhere; lower than this there is the limit at the horizon */
+		*clear = *band = RBF_HORIZON_Z;
+		return;
+	}
 	for (uint32_t k = 0; k < site->corners; k++) {
 		const rbf_warp *w = &site->warp[k][frame];
 		cosine = rbf_min(w->kind == RBF_KIND_HALF ? rbf_dot(w->i, w->k) : w->cosine, cosine);
@@ -180,19 +114,15 @@ static void heights(const rbf_site *site, uint32_t frame, float *clear, float *b
 			shift2 = rbf_max(w->m[0]*w->m[0] + w->m[1]*w->m[1], shift2);
 	}
 	*clear = *band = 2;
-	if (site->warp[0][frame].kind == RBF_KIND_FIXED) { /* valid everywhere; lower than this there is the limit at the horizon */
-		*clear = *band = RBF_HORIZON_Z;
-		return;
-	}
 	if (shift2 > 0) {
-		const float s = VALID_S - sqrtf(shift2), t = s - sqrtf(shift2);
+		const float s = RBF_VALID_S - sqrtf(shift2), t = s - sqrtf(shift2);
 		*clear = s > 0 ? sqrtf(1 - s*s) + 1e-4f : 2;
 		*band = t > 0 ? sqrtf(1 - t*t) + 1e-4f : 2;
 		return;
 	}
 	/* the sum of angles, one more each time */
 	const float sine = sqrtf(rbf_max(1 - cosine*cosine, 0.f));
-	const float up = RBF_VALID_Z * cosine + VALID_S * sine, along = VALID_S * cosine - RBF_VALID_Z * sine;
+	const float up = RBF_VALID_Z * cosine + RBF_VALID_S * sine, along = RBF_VALID_S * cosine - RBF_VALID_Z * sine;
 	if (along > 0)
 		*clear = up + 1e-4f;
 	if (along > 0 && along * cosine > up * sine)
@@ -264,7 +194,7 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 	u = clamped(u);
 	uint64_t state;
 	memcpy(&state, &u, sizeof state);
-	for (int attempt = 0; attempt < TRIES; attempt++, u = uniform(&state)) {
+	for (int attempt = 0; attempt < TRIES; attempt++, u = rbf_uniform(&state)) {
 		const double pick = u * total;
 		uint32_t p = 0;
 		for (uint32_t n = 0; n < last; n++)
@@ -282,27 +212,27 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 			continue;
 		float centre[3], drawn[3], folded[3], share, keep, gap = 0;
 		double a, b;
-		centre_of(site, k, block, lane, centre);
+		rbf_site_centre(site, k, block, lane, centre);
 		const double far = kappa > RBF_LOBE_SHARP ? 0 : exp(-2 * (double)kappa);
 		const bounds bound = bounds_at(c, part, warp->sine, low, (float)(2 * RBF_PI * (1 - far)) / kappa);
 		keep = bound.mass / (bound.whole * warp->gain);
 		if (part->table == RBF_DRAW_BAND) {
 			gap = rbf_max(rbf_lobe_gap(c->block[block].z[lane], kappa, part->set->band), rbf_lobe_gap(centre[2], kappa, sampler->band[frame]));
 			const float some = expf(-kappa * gap) * bound.whole / bound.band;
-			if (some < 1 && uniform(&state) >= (double)some)
+			if (some < 1 && rbf_uniform(&state) >= (double)some)
 				continue;
 			keep *= rbf_max(some, 1.f) / sampler->excess[k];
 		}
 		if (attempt)
-			a = uniform(&state), b = uniform(&state);
+			a = rbf_uniform(&state), b = rbf_uniform(&state);
 		else
-			split(step ? clamped((units - (running[low] - (double)step)) / step) : .5, &a, &b);
+			rbf_split_number(step ? clamped((units - (running[low] - (double)step)) / step) : .5, &a, &b);
 		draw(centre, (double)kappa, far, (double)gap, a, b, drawn);
 		if (part->table == RBF_DRAW_BAND && drawn[2] >= rbf_min(sampler->band[frame], part->set->band))
 			continue;
 		keep *= carry(site, k, frame, sampler->clear[frame], drawn, folded, &share);
 		keep *= part->table == RBF_DRAW_BAND ? rbf_max(share - 1, 0.f) : rbf_min(share, 1.f);
-		if (keep >= 1 || (keep > 0 && uniform(&state) < (double)keep)) {
+		if (keep >= 1 || (keep > 0 && rbf_uniform(&state) < (double)keep)) {
 			rbf_site_unfold(site, folded, exitant);
 			return 1;
 		}

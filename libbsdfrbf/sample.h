@@ -24,14 +24,57 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
  * luminance of DSF without the Lambertian part. Returns 1, or 0 if there is nothing to draw. */
 int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3]);
 
-/* One number of [0, 1) into two, by its odd and even bits: what was stratified stays so in both. */
-void rbf_split_number(double u, double *a, double *b);
+/* The even bits of x, moved together. */
+static inline uint64_t rbf_even_bits(uint64_t x)
+{
+	x &= 0x5555555555555555u;
+	x = (x | x >> 1) & 0x3333333333333333u;
+	x = (x | x >> 2) & 0x0f0f0f0f0f0f0f0fu;
+	x = (x | x >> 4) & 0x00ff00ff00ff00ffu;
+	x = (x | x >> 8) & 0x0000ffff0000ffffu;
+	return (x | x >> 16) & 0xffffffffu;
+}
 
-/* A number of [0, 1) from a state that any number may start. */
-double rbf_uniform(uint64_t *state);
+/* One number of [0, 1) into two, by its odd and even bits: what was stratified stays so in both. */
+static inline void rbf_split_number(double u, double *a, double *b)
+{
+	const uint64_t bits = (uint64_t)(u * 0x1p40);
+	*a = ((double)rbf_even_bits(bits) + .5) * 0x1p-20;
+	*b = ((double)rbf_even_bits(bits >> 1) + .5) * 0x1p-20;
+}
+
+/* A number of [0, 1) from a state that any number may start. SplitMix64: Steele et al., Fast splittable pseudorandom number generators,
+ * 2014. */
+static inline double rbf_uniform(uint64_t *state)
+{
+	uint64_t z = *state += 0x9e3779b97f4a7c15u;
+	z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+	z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+	return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
 
 /* Centre of a corner's lobe with the site's residual motion, in the base's coordinates. */
-void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3]);
+static inline void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32_t block, uint32_t lane, float centre[3])
+{
+	const rbf_component *c = site->component;
+	const rbf_block *b = &c->block[block];
+	centre[0] = b->x[lane];
+	centre[1] = b->y[lane];
+	centre[2] = b->z[lane];
+	const uint32_t at = block - c->set[site->base[corner] * c->frames].first;
+	int moved = 0;
+	for (int n = 0; n < 2; n++)
+		if (site->shift[corner][n]) {
+			const rbf_shift *s = &site->shift[corner][n][at];
+			const float w = site->shift_weight[corner][n];
+			centre[0] += w * s->x[lane];
+			centre[1] += w * s->y[lane];
+			centre[2] += w * s->z[lane];
+			moved = 1;
+		}
+	if (moved)
+		rbf_normalize(centre);
+}
 
 /* Direction from a lobe exp(kappa (cos - 1)), kappa > 0, by two numbers of [0, 1); may lie below the horizon. */
 void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3]);

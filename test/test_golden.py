@@ -20,26 +20,23 @@ def direction(theta, phi):
     return math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t)
 
 
-def answers(name):
-    """f over directions on both sides."""
-    front, out = name[1] == 'f', -1 if name[0] == 't' else 1
-    floats = []
-    for t in (3, 30, 55, 80):
-        for k in range(12):
-            i, o = direction(t, 40 * t + 7), direction(7 * k + 2, 31 * k)
-            side = 1 if front else -1
-            floats += (i[0], i[1], side * i[2], o[0], o[1], side * out * o[2])
-    done = subprocess.run([os.path.join(BIN, 'rbfquery'), '-ff', os.path.join(GOLDEN, name)], input=struct.pack(f'{len(floats)}f', *floats),
-                          capture_output=True)
-    assert done.returncode == 0, f'{name}: {done.stderr.decode()}'
-    return struct.unpack(f'{len(done.stdout) // 4}f', done.stdout)
-
-
 def query(name, options, vectors):
     done = subprocess.run([os.path.join(BIN, 'rbfquery'), '-ff', *options, os.path.join(GOLDEN, name)],
                           input=b''.join(struct.pack('3f', *v) for v in vectors), capture_output=True)
     assert done.returncode == 0, f'{name}: {done.stderr.decode()}'
     return struct.unpack(f'{len(done.stdout) // 4}f', done.stdout)
+
+
+def answers(name):
+    """f over directions on both sides."""
+    front, out = name[1] == 'f', -1 if name[0] == 't' else 1
+    vectors = []
+    for t in (3, 30, 55, 80):
+        for k in range(12):
+            i, o = direction(t, 40 * t + 7), direction(7 * k + 2, 31 * k)
+            side = 1 if front else -1
+            vectors += (i[0], i[1], side * i[2]), (o[0], o[1], side * out * o[2])
+    return query(name, [], vectors)
 
 
 def means(name):

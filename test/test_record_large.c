@@ -15,7 +15,7 @@
 
 #include <cmocka.h>
 
-/* 26,000 incidences of 300 lobes, mirrored, with residual transport. */
+/* 30,000 incidences of 300 lobes, mirrored, with residual transport. */
 static const synthetic large = {1, RBF_BILATERAL_Y, 30000, 60000, 60000, 300, 120000, 1, 1, 38, 8, 1};
 
 #ifndef ROW
