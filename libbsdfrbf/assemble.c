@@ -145,12 +145,12 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 	}
 	radius = radius * 1.02f + reach;
 	float smallest = INFINITY;
-	rbf_kernel_job job = {.weight = 1, .blocks = set->blocks, .block = c->block + set->first, .amplitude = c->amplitude + set->first + (size_t)y * c->blocks,
-		.stride = c->blocks, .channels = 1, .mask = ~(uint64_t)0, .group = group};
+	const rbf_kernel_lobes luminance = {c->block, c->amplitude + (size_t)y * c->blocks, 0, 1};
+	rbf_kernel_job job = {.weight = 1, .first = set->first, .blocks = set->blocks, .mask = ~(uint64_t)0};
 	for (int n = 0; n < 9; n++) {
 		float value[3];
 		memcpy(job.direction, corner[n], sizeof job.direction);
-		rbf_kernel_sum(&job, 1, value);
+		rbf_kernel_sum(&job, 1, &luminance, value);
 		smallest = fminf(smallest, value[0]);
 	}
 	for (uint32_t g = 0; g < groups; g++) {

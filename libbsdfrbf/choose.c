@@ -118,7 +118,7 @@ static bsdfrbf_status bench_make(bsdfrbf_context *context, rbf_fitted *m, float 
 			for (int n = 0; n < 3; n++)
 				t->incident[n] = (float)m->direction[3*base + (uint32_t)n];
 			shell.mesh = mesh;
-			rbf_site_corners(&shell, t->incident, 0, NULL, NULL, &site); /* folds */
+			rbf_site_turn(&shell, t->incident, &site);
 			uint32_t corner[3];
 			const uint32_t element = rbf_mesh_locate(&mesh, site.incident, corner, t->weight);
 			for (int n = 0; n < 3; n++)
@@ -163,8 +163,9 @@ static int trial_motion(const rbf_fitted *m, const rbf_choice *choice, const rbf
 				|| rbf_advect(m, choice->frames, choice->frame, choice->label, own->base, &to, choice->cap, motion, &mean);
 			if (!failed) {
 				rbf_assemble_shift(m, c, choice->label, own->base, (const float (*)[3])motion, store[k][slot]);
-				site->shift[k][slot] = store[k][slot];
-				site->shift_weight[k][slot] = t->weight[used[l]];
+				site->motion[k].shift[slot] = store[k][slot];
+				site->moves = 1;
+				site->motion[k].weight[slot] = t->weight[used[l]];
 			}
 			free(motion);
 			if (failed)
@@ -180,7 +181,7 @@ static int trial_error(const rbf_fitted *m, const rbf_choice *choice, const rbf_
 	rbf_site site;
 	rbf_shift *store[3][2] = {{NULL}};
 	const uint32_t y = rbf_luminance(m->channels);
-	rbf_site_corners(c, t->incident, 3, t->vertex, t->weight, &site);
+	rbf_site_corners(c, t->incident, t->vertex, t->weight, &site);
 	const int failed = choice->cap > 0 && trial_motion(m, choice, c, t, &site, store);
 	double sum = 0;
 	for (uint32_t p = 0; p < t->points && !failed; p++) {

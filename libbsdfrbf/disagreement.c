@@ -25,13 +25,8 @@ static void middle_of(const rbf_component *c, uint32_t e, float weight[3], float
 static void single_out(const rbf_site *site, uint32_t k, rbf_site *one)
 {
 	*one = *site;
-	one->corners = 1;
-	one->base[0] = site->base[k];
-	one->vertex_op[0] = site->vertex_op[k];
-	one->weight[0] = 1;
-	memcpy(one->shift[0], site->shift[k], sizeof one->shift[0]);
-	memcpy(one->shift_weight[0], site->shift_weight[k], sizeof one->shift_weight[0]);
-	memcpy(one->warp[0], site->warp[k], sizeof one->warp[0]);
+	for (uint32_t n = 0; n < site->corners; n++)
+		one->weight[n] = n == k;
 }
 
 /* Directions are drawn from what the corners say together; each corner alone is compared with that. */

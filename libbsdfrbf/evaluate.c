@@ -7,35 +7,48 @@
 
 #include <string.h>
 
-static void set_corners(rbf_site *site, const rbf_vertex vertex[], const float weight[], uint32_t count)
+/* One component of the corners' directions, in lanes; those without a corner are as the last one. */
+#define IN_LANES(member) (rbf_lanes){corner[0]->member, corner[1]->member, corner[2]->member, corner[2]->member}
+
+RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const vertex[3], const float weight[3])
 {
 	const rbf_component *c = site->component;
-	float beam[RBF_MAX_FRAMES][3];
-	site->corners = 0;
-	for (uint32_t f = 0; f < c->frames; f++)
-		rbf_map_source(c->frame[f], rbf_frame_linear(c, f), site->incident, beam[f]);
-	for (uint32_t n = 0; n < count; n++) {
-		if (!(weight[n] > 0))
-			continue;
-		const uint32_t k = site->corners++;
-		site->base[k] = rbf_bound_base(c, &vertex[n]);
-		site->vertex_op[k] = vertex[n].op;
-		site->weight[k] = weight[n];
-		site->shift[k][0] = site->shift[k][1] = NULL;
-		for (uint32_t f = 0; f < c->frames; f++)
-			rbf_warp_from(&site->warp[k][f], c->frame[f], rbf_frame_linear(c, f), site->incident, beam[f], vertex[n].direction);
-	}
+	const rbf_vertex *corner[3] = {NULL, NULL, NULL};
+	uint32_t k = 0;
+	for (int n = 0; n < RBF_FAN; n++)
+		site->weight[n] = 0;
+	for (uint32_t n = 0; n < 3; n++)
+		if (weight[n] > 0) {
+			corner[k] = vertex[n];
+			site->base[k] = rbf_bound_base(c, vertex[n]);
+			site->vertex_op[k] = vertex[n]->op;
+			site->weight[k] = weight[n];
+			site->motion[k] = (rbf_motion){{NULL, NULL}, {0, 0}};
+			k++;
+		}
+	site->corners = k;
+	site->moves = 0;
+	if (!k)
+		return;
+	for (uint32_t n = k; n < 3; n++)
+		corner[n] = corner[k - 1];
+	for (int i = 0; i < 3; i++)
+		rbf_lanes_store(site->direction[i], IN_LANES(direction[i]));
+	const rbf_lane_mask op = {(int32_t)corner[0]->op, (int32_t)corner[1]->op, (int32_t)corner[2]->op, (int32_t)corner[2]->op};
+	rbf_lanes_store(site->flip[0], __builtin_convertvector(1 - 2 * (op & 1), rbf_lanes));
+	rbf_lanes_store(site->flip[1], __builtin_convertvector(1 - (op & 2), rbf_lanes));
 	/* Facets without shadows send out as 1/cos of the incidence, real surfaces less so: at most the same everywhere. The corners' weights,
 	 * whose sum is even for the one, are taken half way to those that are even for the other. */
 	for (uint32_t f = 0; f < c->frames; f++) {
-		float total = 0;
-		for (uint32_t k = 0; k < site->corners; k++)
-			total += site->weight[k] * site->warp[k][f].gain;
-		for (uint32_t k = 0; k < site->corners && total > 0; k++)
-			site->warp[k][f].gain /= sqrtf(total);
+		rbf_fan *fan = &site->fan[f];
+		rbf_fan_set(fan, c->frame[f], rbf_frame_linear(c, f), site->incident, (const float (*)[RBF_FAN])site->direction);
+		if (fan->kind != RBF_KIND_HALF)
+			continue;
+		const rbf_lanes gain = rbf_lanes_load(fan->gain), each = rbf_lanes_load(site->weight) * gain;
+		const float total = each[0] + each[1] + each[2];
+		if (total > 0)
+			rbf_lanes_store(fan->gain, gain * (1 / sqrtf(total)));
 	}
-	for (uint32_t k = site->corners; k < 3; k++)
-		site->weight[k] = 0;
 }
 
 /* An incident direction that is folded already. */
@@ -88,11 +101,12 @@ static float scale_outside(const rbf_component *c, uint32_t border, const float 
 	return scale;
 }
 
-void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
-	const rbf_vertex vertex[], const float weight[], rbf_site *site)
+void rbf_site_corners(const rbf_component *component, const float incident[3], const rbf_vertex vertex[3], const float weight[3],
+	rbf_site *site)
 {
+	const rbf_vertex *const corner[3] = {&vertex[0], &vertex[1], &vertex[2]};
 	rbf_site_turn(component, incident, site);
-	set_corners(site, vertex, weight, corners);
+	set_corners(site, corner, weight);
 }
 
 /* Residual motion of the site's corners in element e. */
@@ -118,8 +132,9 @@ static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], con
 				if (l != n && corner[l] == v[other] && corner[l] != corner[n])
 					w += weight[l];
 			if (at != RBF_NO_SHIFT && w > 0) {
-				site->shift[k][m] = rbf_bound_shift(component, at, site->base[k]);
-				site->shift_weight[k][m] = w;
+				site->motion[k].shift[m] = rbf_bound_shift(component, at, site->base[k]);
+				site->motion[k].weight[m] = w;
+				site->moves = 1;
 			}
 		}
 		k++;
@@ -132,11 +147,9 @@ static void set_place(rbf_site *site, uint32_t item, const float weight[3])
 	const rbf_component *component = site->component;
 	const rbf_mesh *mesh = &component->mesh;
 	uint32_t corner[3];
-	rbf_vertex vertex[3];
 	rbf_bound_corners(mesh, item, corner);
-	for (int n = 0; n < 3; n++)
-		vertex[n] = mesh->vertex[corner[n]];
-	set_corners(site, vertex, weight, 3);
+	const rbf_vertex *const vertex[3] = {&mesh->vertex[corner[0]], &mesh->vertex[corner[1]], &mesh->vertex[corner[2]]};
+	set_corners(site, vertex, weight);
 	if (component->residual)
 		set_shifts(site, item & RBF_MESH_BORDER ? mesh->border[item & ~RBF_MESH_BORDER][2] : item, corner, weight);
 }
@@ -178,111 +191,75 @@ void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[
 		rbf_mirror(site->op, folded, exitant);
 }
 
-typedef float lanes __attribute__((vector_size(16)));
-typedef int32_t lane_mask __attribute__((vector_size(16)));
-
-static inline lanes select(lane_mask m, lanes a, lanes b)
+/* Shares of the corners whose mapped directions have these z. No branch depends on the direction: it could not be foreseen. */
+static inline __attribute__((always_inline)) rbf_lanes shares_at(const rbf_site *site, uint32_t frame, rbf_lanes z)
 {
-	return (lanes)((m & (lane_mask)a) | (~m & (lane_mask)b));
-}
-
-static inline lanes all(float x)
-{
-	return (lanes){x, x, x, x};
-}
-
-/* Corners that a site has not got have no weight. No branch depends on the direction: it could not be foreseen. */
-static inline __attribute__((always_inline)) void map_frame(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
-{
-	const uint32_t corners = site->corners;
-	const enum rbf_map_kind kind = site->warp[0][frame].kind;
-	float z[3] = {1, 1, 1};
-#define EACH(forward) \
-	for (uint32_t k = 0; k < corners; k++) { \
-		factor[k] = forward(&site->warp[k][frame], exitant, mapped[k]); \
-		z[k] = mapped[k][2]; \
-	}
-	switch (kind) {
-	case RBF_KIND_TURN: EACH(rbf_turn_forward) break;
-	case RBF_KIND_HALF: EACH(rbf_half_forward) break;
-	case RBF_KIND_SHIFT: EACH(rbf_shift_forward) break;
-	default:
-		for (uint32_t k = 0; k < corners; k++)
-			factor[k] = rbf_same(exitant, mapped[k]);
-	}
-#undef EACH
+	if (site->fan[frame].kind == RBF_KIND_FIXED)
+		z = rbf_lanes_all(1);
 	/* as rbf_warp_validity() */
-	lanes v = {z[0], z[1], z[2], 1};
-	v *= all(1 / RBF_VALID_Z);
-	v = select(v > all(.01f), v, all(.01f));
-	v = select(v < all(1), v, all(1));
+	rbf_lanes v = z * (1 / RBF_VALID_Z);
+	v = rbf_lanes_min(rbf_lanes_max(v, rbf_lanes_all(RBF_VALID_LEAST)), rbf_lanes_all(1));
 	v *= v;
-	const lanes weighted = v * (lanes){site->weight[0], site->weight[1], site->weight[2], 0};
-	v /= all(weighted[0] + weighted[1] + weighted[2]);
-	v = select(v < all(RBF_VALID_GAIN), v, all(RBF_VALID_GAIN));
-	for (int k = 0; k < 3; k++)
-		share[k] = v[k];
+	const rbf_lanes weighted = v * rbf_lanes_load(site->weight);
+	return rbf_lanes_min(v * (1 / (weighted[0] + weighted[1] + weighted[2])), rbf_lanes_all(RBF_VALID_GAIN));
 }
 
-RBF_CLONES static void map_alone(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3],
-	float mapped[3][3])
+RBF_CLONES static void shares_alone(const rbf_site *site, uint32_t frame, const float exitant[3], float share[RBF_FAN])
 {
-	map_frame(site, frame, exitant, share, factor, mapped);
+	rbf_lanes mapped[3];
+	rbf_fan_forward(&site->fan[frame], site->incident, site->direction, exitant, mapped);
+	rbf_lanes_store(share, shares_at(site, frame, mapped[2]));
 }
 
-void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3])
+void rbf_site_shares(const rbf_site *site, uint32_t frame, const float exitant[3], float share[RBF_FAN])
 {
-	map_alone(site, frame, exitant, share, factor, mapped);
+	shares_alone(site, frame, exitant, share);
 }
 
-/* Culling mask for a set, index s, and a direction in the base's coordinates. Below the horizon everything counts. */
-static inline rbf_cull_mask groups_at(const uint64_t *packed, const uint64_t *wide, uint32_t s, const rbf_set *set, const float direction[3])
+/* Cells of culling masks (as by rbf_disc_from_direction(), whose result does not matter below the horizon). */
+static inline __attribute__((always_inline)) rbf_lane_mask cells_at(const rbf_lanes d[3])
+{
+	const rbf_lanes scale = (RBF_CULL_GRID * .5f) / rbf_lanes_sqrt(1 + rbf_lanes_abs(d[2]));
+	rbf_lanes t[2];
+	for (int n = 0; n < 2; n++) /* may be not a number */
+		t[n] = rbf_lanes_min(rbf_lanes_max(d[n] * scale + RBF_CULL_GRID * .5f, rbf_lanes_all(0)), rbf_lanes_all(RBF_CULL_GRID - .5f));
+	return __builtin_convertvector(t[1], rbf_lane_mask) * RBF_CULL_GRID + __builtin_convertvector(t[0], rbf_lane_mask);
+}
+
+/* Culling mask for a set, index s. Below the horizon everything counts. */
+static inline uint64_t groups_at(const uint64_t *packed, const uint64_t *wide, uint32_t s, const rbf_set *set, uint32_t cell, int above)
 {
 	static const uint64_t everything = ~(uint64_t)0; /* from any bit at which a mask begins */
 	if (!packed && !wide)
-		return (rbf_cull_mask){(const char *)&everything, 0};
-	/* as rbf_disc_from_direction(), whose result does not matter below the horizon */
-	const float scale = 1 / sqrtf(1 + fabsf(direction[2]));
-	lanes t = ((lanes){direction[0], direction[1], 0, 0} * all(scale) + 1) * (RBF_CULL_GRID * .5f);
-	t = select(t > all(0), t, all(0)); /* may be not a number */
-	const lane_mask cell = __builtin_convertvector(select(t < all(RBF_CULL_GRID - .5f), t, all(RBF_CULL_GRID - .5f)), lane_mask);
-	rbf_cull_mask mask = rbf_cull_at(packed, wide, s, set, (uint32_t)(cell[1] * RBF_CULL_GRID + cell[0]));
-	mask.at = direction[2] > 0 ? mask.at : (const char *)&everything;
-	return mask;
+		return everything;
+	rbf_cull_mask mask = rbf_cull_at(packed, wide, s, set, cell);
+	mask.at = above ? mask.at : (const char *)&everything;
+	return rbf_cull_read(mask);
 }
 
-/* What is to be summed at a folded exitant direction, one job for every corner and frame that counts; the masks are still to be read. */
-RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3], uint32_t channels, rbf_kernel_job job[RBF_SITE_JOBS],
-	rbf_cull_mask mask[RBF_SITE_JOBS])
+/* What is to be summed at a folded exitant direction, one job for every corner and frame that counts. */
+RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3], rbf_kernel_job job[RBF_SITE_JOBS])
 {
 	const rbf_component *c = site->component;
 	const uint64_t *packed = c->cull, *wide = c->cull_wide;
 	uint32_t jobs = 0;
 	for (uint32_t f = 0; f < c->frames; f++) {
-		float share[3], factor[3], mapped[3][3];
-		map_frame(site, f, exitant, share, factor, mapped);
+		rbf_lanes d[3];
+		const rbf_lanes factor = rbf_fan_forward(&site->fan[f], site->incident, site->direction, exitant, d);
+		const rbf_lanes weight = rbf_lanes_load(site->weight) * shares_at(site, f, d[2]) * factor;
+		d[0] *= rbf_lanes_load(site->flip[0]);
+		d[1] *= rbf_lanes_load(site->flip[1]);
+		const rbf_lane_mask cell = cells_at(d);
 		for (uint32_t k = 0; k < site->corners; k++) {
 			const uint32_t s = site->base[k] * c->frames + f;
 			const rbf_set *set = rbf_bound_set(c, s);
-			const float w = site->weight[k] * share[k] * factor[k];
+			const float w = weight[k];
 			rbf_kernel_job *j = &job[jobs];
-			rbf_mirror(site->vertex_op[k], mapped[k], j->direction);
-			mask[jobs] = groups_at(packed, wide, s, set, j->direction);
-			__builtin_prefetch(mask[jobs].at);
-			j->weight = w;
-			j->blocks = set->blocks;
-			j->block = c->block + set->first;
-			j->amplitude = c->amplitude + set->first;
-			j->stride = c->blocks;
-			j->channels = channels;
-			j->group = rbf_cull_group(set->blocks);
-			j->shift[0] = j->shift[1] = NULL;
-			if (site->shift[k][0] || site->shift[k][1]) { /* also of a component that has none itself, as while it is chosen */
-				const uint32_t start = set->first - c->set[site->base[k] * c->frames].first;
-				for (int n = 0; n < 2; n++) {
-					j->shift[n] = site->shift[k][n] ? site->shift[k][n] + start : NULL;
-					j->shift_weight[n] = site->shift_weight[k][n];
-				}
+			*j = (rbf_kernel_job){{d[0][k], d[1][k], d[2][k]}, w, groups_at(packed, wide, s, set, (uint32_t)cell[k], d[2][k] > 0),
+				set->first, set->blocks, NULL, 0};
+			if (site->moves && (site->motion[k].shift[0] || site->motion[k].shift[1])) {
+				j->motion = &site->motion[k];
+				j->start = set->first - c->set[site->base[k] * c->frames].first;
 			}
 			jobs += (w > 0) & (set->blocks > 0); /* else the next one takes its place */
 		}
@@ -290,33 +267,27 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 	return jobs;
 }
 
-static void read_masks(uint32_t jobs, const rbf_cull_mask mask[], rbf_kernel_job job[])
+/* All channels of a component, or how wide what is seen is. */
+static inline rbf_kernel_lobes lobes_of(const rbf_component *c, int width)
 {
-	for (uint32_t n = 0; n < jobs; n++)
-		job[n].mask = rbf_cull_read(mask[n]);
+	return (rbf_kernel_lobes){c->block, c->amplitude + (width ? (size_t)rbf_luminance(c->channels) * c->blocks : 0), c->blocks,
+		width ? RBF_KERNEL_WIDTH : c->channels};
 }
 
 void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3])
 {
+	const rbf_kernel_lobes lobes = lobes_of(site->component, 0);
 	rbf_kernel_job job[RBF_SITE_JOBS];
-	rbf_cull_mask mask[RBF_SITE_JOBS];
-	const uint32_t jobs = jobs_at(site, exitant, site->component->channels, job, mask);
 	value[0] = value[1] = value[2] = 0;
-	read_masks(jobs, mask, job);
-	rbf_kernel_sum(job, jobs, value);
+	rbf_kernel_sum(job, jobs_at(site, exitant, job), &lobes, value);
 }
 
 void rbf_site_width(const rbf_site *site, const float exitant[3], float sum[2])
 {
-	const rbf_component *c = site->component;
+	const rbf_kernel_lobes lobes = lobes_of(site->component, 1);
 	rbf_kernel_job job[RBF_SITE_JOBS];
-	rbf_cull_mask mask[RBF_SITE_JOBS];
-	float value[3] = {0, 0, 0};
-	const uint32_t jobs = jobs_at(site, exitant, RBF_KERNEL_WIDTH, job, mask);
-	read_masks(jobs, mask, job);
-	for (uint32_t n = 0; n < jobs; n++)
-		job[n].amplitude += (size_t)rbf_luminance(c->channels) * c->blocks;
-	rbf_kernel_sum(job, jobs, value);
+	float value[3];
+	rbf_kernel_sum(job, jobs_at(site, exitant, job), &lobes, value);
 	memcpy(sum, value, 2 * sizeof *sum);
 }
 
@@ -450,21 +421,31 @@ typedef struct pair {
 	const rbf_component *component;
 	uint32_t jobs;
 	float scale;
-	rbf_cull_mask mask[RBF_SITE_JOBS];
+	rbf_motion motion[3];
 	rbf_kernel_job job[RBF_SITE_JOBS];
 } pair;
 
-/* The memory of the first few groups of blocks that a mask asks for. */
-static void fetch_blocks(const rbf_kernel_job *job)
+/* Takes the motion along from a site that will be another's by the time that the jobs are done. */
+static void keep_motion(const rbf_site *site, pair *p)
 {
+	memcpy(p->motion, site->motion, sizeof p->motion);
+	for (uint32_t i = 0; i < p->jobs; i++)
+		if (p->job[i].motion)
+			p->job[i].motion = p->motion + (p->job[i].motion - site->motion);
+}
+
+/* The memory of the first few groups of blocks that a mask asks for. */
+static void fetch_blocks(const rbf_kernel_job *job, const rbf_kernel_lobes *lobes)
+{
+	const uint32_t group = rbf_cull_group(job->blocks);
 	uint64_t mask = job->mask;
 	for (int n = 0; n < AHEAD && mask; n++, mask &= mask - 1) {
-		const uint32_t b = (uint32_t)__builtin_ctzll(mask) * job->group;
+		const uint32_t b = (uint32_t)__builtin_ctzll(mask) * group;
 		if (b >= job->blocks)
 			break;
-		__builtin_prefetch(&job->block[b]);
-		__builtin_prefetch(&job->block[b].z);
-		__builtin_prefetch(&job->amplitude[b]);
+		__builtin_prefetch(&lobes->block[job->first + b]);
+		__builtin_prefetch(&lobes->block[job->first + b].z);
+		__builtin_prefetch(&lobes->amplitude[job->first + b]);
 	}
 }
 
@@ -491,22 +472,25 @@ static void eval_list(const bsdfrbf_model *model, size_t count, const float *inc
 			}
 			rbf_site_fold(&site, q.exitant, folded);
 			p->component = q.component;
-			p->jobs = jobs_at(&site, folded, q.component->channels, p->job, p->mask);
+			p->jobs = jobs_at(&site, folded, p->job);
+			if (site.moves)
+				keep_motion(&site, p);
 			p->scale = scale_of(&site, folded);
 		}
 		for (size_t n = 0; n < pairs; n++) {
 			if (!list[n].component)
 				continue;
-			read_masks(list[n].jobs, list[n].mask, list[n].job);
-			for (uint32_t i = 0; i < list[n].jobs; i++)
-				fetch_blocks(&list[n].job[i]);
+			const rbf_kernel_lobes lobes = lobes_of(list[n].component, 0);
+			for (uint32_t i = 0; i < list[n].jobs && pairs > 1; i++)
+				fetch_blocks(&list[n].job[i], &lobes);
 		}
 		for (size_t n = 0; n < pairs; n++) {
 			float *value = values + (from + n) * model->channels, v[3] = {0, 0, 0};
 			clear(model, value);
 			if (!list[n].component)
 				continue;
-			rbf_kernel_sum(list[n].job, list[n].jobs, v);
+			const rbf_kernel_lobes lobes = lobes_of(list[n].component, 0);
+			rbf_kernel_sum(list[n].job, list[n].jobs, &lobes, v);
 			for (uint32_t k = 0; k < model->channels; k++)
 				value[k] = v[k] * list[n].scale;
 			add_lambertian(list[n].component, (float)(1 / RBF_PI), value);

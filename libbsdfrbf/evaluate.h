@@ -2,8 +2,8 @@
 /* Evaluation of one component at one incident direction. A site is the per-incidence state; it lives on the stack. */
 #ifndef RBF_EVALUATE_H
 #define RBF_EVALUATE_H
+#include "fan.h"
 #include "kernel.h"
-#include "map.h"
 
 /* Exitant directions closer to the horizon than this z have their value limited, so that f stays finite. */
 #define RBF_HORIZON_Z 0.01f
@@ -19,11 +19,13 @@ typedef struct rbf_site {
 	float cosine, sine;         /* isotropic: rotation by minus the incident azimuth */
 	uint32_t corners;           /* those with weight > 0 */
 	uint32_t base[3], vertex_op[3];
-	float weight[3];
+	float weight[RBF_FAN];      /* 0 beyond the corners */
+	float direction[3][RBF_FAN]; /* measured directions of the corners */
+	float flip[2][RBF_FAN];     /* signs by which vertex_op mirrors */
 	float scale;                /* of all values: 1, but less outside the mesh where energy would grow */
-	const rbf_shift *shift[3][2]; /* residual motion of a corner towards two others, NULL: none */
-	float shift_weight[3][2];
-	rbf_warp warp[3][RBF_MAX_FRAMES];
+	int moves;                  /* whether any corner's lobes do */
+	rbf_motion motion[3];       /* residual, of each corner; its shifts begin with those of the base's first set */
+	rbf_fan fan[RBF_MAX_FRAMES];
 } rbf_site;
 
 /* Prepares a site. incident: unit, z > 0, half space of the component. */
@@ -33,9 +35,9 @@ void rbf_site_locate(const rbf_component *component, const float incident[3], rb
  * and need not be the one of the weights. What lies outside the mesh is not limited. */
 void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site);
 
-/* The same with given corners (vertices of the component's mesh) and without residual motion; the caller may set shift[]. */
-void rbf_site_corners(const rbf_component *component, const float incident[3], uint32_t corners,
-	const rbf_vertex vertex[], const float weight[], rbf_site *site);
+/* The same with given corners (vertices of the component's mesh) and without residual motion; the caller may set motion[] and moves. */
+void rbf_site_corners(const rbf_component *component, const float incident[3], const rbf_vertex vertex[3], const float weight[3],
+	rbf_site *site);
 
 /* Only which operation (or rotation) folds a direction, and site->incident, the folded one. */
 void rbf_site_turn(const rbf_component *component, const float incident[3], rbf_site *site);
@@ -44,9 +46,14 @@ void rbf_site_turn(const rbf_component *component, const float incident[3], rbf_
 void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3]);
 void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[3]);
 
-/* Shares v_kf / sum_l w_l v_lf of the corners in one frame for folded exitant direction, limited to RBF_VALID_GAIN.
- * mapped[k], factor[k]: the mapped direction and value factor of each corner. */
-void rbf_site_map(const rbf_site *site, uint32_t frame, const float exitant[3], float share[3], float factor[3], float mapped[3][3]);
+/* Shares v_kf / sum_l w_l v_lf of the corners in one frame for folded exitant direction, limited to RBF_VALID_GAIN. */
+void rbf_site_shares(const rbf_site *site, uint32_t frame, const float exitant[3], float share[RBF_FAN]);
+
+/* The map of one corner and frame. */
+static inline void rbf_site_warp(const rbf_site *site, uint32_t corner, uint32_t frame, rbf_warp *warp)
+{
+	rbf_fan_warp(&site->fan[frame], site->incident, site->direction, corner, warp);
+}
 
 /* DSF without the Lambertian part at a folded exitant direction (z > 0), before the limit at the horizon. */
 void rbf_site_dsf(const rbf_site *site, const float exitant[3], float value[3]);

@@ -40,7 +40,9 @@ static float place(const rbf_site *site, uint32_t corner, uint32_t frame, uint32
 	rbf_site_centre(site, corner, block, (uint32_t)lane, centre);
 	centre[2] = fmaxf(centre[2], .02f); /* a lobe from below the horizon still shows above it */
 	rbf_mirror(site->vertex_op[corner], centre, p);
-	const float factor = rbf_warp_inverse(&site->warp[corner][frame], p, folded);
+	rbf_warp warp;
+	rbf_site_warp(site, corner, frame, &warp);
+	const float factor = rbf_warp_inverse(&warp, p, folded);
 	if (!(factor > 0))
 		return 0;
 	folded[2] = fmaxf(folded[2], 0);

@@ -172,10 +172,13 @@ static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, bat
 		b->p[0][i] = b->p[1][i] = 0;
 		b->p[2][i] = 1;
 	}
-	carry_back(&site->warp[k][f], b, e, carried);
+	rbf_warp warp;
+	rbf_site_warp(site, k, f, &warp);
+	carry_back(&warp, b, e, carried);
 	if (!whole) {
 		for (uint32_t corner = 0; corner < site->corners; corner++) {
-			validity(&site->warp[corner][f], (const float (*)[BATCH])e, valid);
+			rbf_site_warp(site, corner, f, &warp);
+			validity(&warp, (const float (*)[BATCH])e, valid);
 			add_weighted(site->weight[corner], valid, total);
 			if (corner == k)
 				memcpy(own, valid, sizeof own);
@@ -215,9 +218,10 @@ static float add_up(const rbf_site *site, int finer, double value[3])
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
-			const rbf_warp *warp = &site->warp[k][f];
-			const int fixed = warp->kind == RBF_KIND_FIXED, turns = fixed || warp->kind == RBF_KIND_TURN;
-			const float turn = fixed ? 0 : acosf(rbf_min(turns ? warp->cosine : rbf_dot(warp->i, warp->k), 1.f));
+			rbf_warp warp;
+			rbf_site_warp(site, k, f, &warp);
+			const int fixed = warp.kind == RBF_KIND_FIXED, turns = fixed || warp.kind == RBF_KIND_TURN;
+			const float turn = fixed ? 0 : acosf(rbf_min(turns ? warp.cosine : rbf_dot(warp.i, warp.k), 1.f));
 			inside.count = horizon.count = 0;
 			for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
 				const uint32_t block = set->first + i / RBF_LANES, lane = i % RBF_LANES;
@@ -251,7 +255,8 @@ static float add_up(const rbf_site *site, int finer, double value[3])
 			}
 			deliver(site, k, f, 1, &inside, value);
 			deliver(site, k, f, 0, &horizon, value);
-		}	return all;
+		}
+	return all;
 }
 
 void rbf_site_dhr(const rbf_site *site, double value[3])

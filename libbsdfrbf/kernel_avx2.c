@@ -5,8 +5,8 @@
 #include "kernel_template.h"
 #else
 #include "kernel.h"
-void rbf_kernel_avx2(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
+void rbf_kernel_avx2(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3])
 {
-	rbf_kernel_generic(job, jobs, sum);
+	rbf_kernel_generic(job, jobs, of, sum);
 }
 #endif

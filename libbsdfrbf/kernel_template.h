@@ -55,14 +55,18 @@ static inline vf lobes_at(const float *kappa, vf x, vf y, vf z, vf dx, vf dy, vf
 	return exp2_negative(load(kappa) * -0.72134752f * (x*x + y*y + z*z)); /* log2(e)/2 */
 }
 
-static inline vf moved_lobes_at(const rbf_kernel_job *job, uint32_t b, vf dx, vf dy, vf dz)
+static inline float across(vf t)
 {
-	const rbf_block *block = job->block + b;
+	return ((t[0] + t[4]) + (t[1] + t[5])) + ((t[2] + t[6]) + (t[3] + t[7]));
+}
+
+static inline vf moved_lobes_at(const rbf_kernel_job *job, const rbf_block *block, uint32_t b, vf dx, vf dy, vf dz)
+{
 	vf x = load(block->x), y = load(block->y), z = load(block->z);
 	for (int n = 0; n < 2; n++)
-		if (job->shift[n]) {
-			const rbf_shift *s = job->shift[n] + b;
-			const float w = job->shift_weight[n];
+		if (job->motion->shift[n]) {
+			const rbf_shift *s = job->motion->shift[n] + job->start + b;
+			const float w = job->motion->weight[n];
 			x += load(s->x) * w;
 			y += load(s->y) * w;
 			z += load(s->z) * w;
@@ -76,88 +80,87 @@ static inline vf moved_lobes_at(const rbf_kernel_job *job, uint32_t b, vf dx, vf
 	return lobes_at(block->k, x * r, y * r, z * r, dx, dy, dz);
 }
 
-/* Adds the blocks from `begin` to `end`. */
-static inline void add_blocks(const rbf_kernel_job *job, uint32_t begin, uint32_t end, uint32_t channels, vf dx, vf dy, vf dz, vf total[3])
+/* Block b of a job. `moves` is constant. */
+static inline __attribute__((always_inline)) vf block_at(const rbf_kernel_job *job, const rbf_kernel_lobes *of, uint32_t b, int moves)
 {
-	const int moves = job->shift[0] || job->shift[1];
-	for (uint32_t b = begin; b < end; b++) {
-		const rbf_block *block = job->block + b;
-		const rbf_amplitude *a = job->amplitude + b;
-		const vf e = moves ? moved_lobes_at(job, b, dx, dy, dz)
-			: lobes_at(block->k, load(block->x), load(block->y), load(block->z), dx, dy, dz);
-		total[0] += e * load(a->a);
-		if (channels == RBF_KERNEL_WIDTH)
-			total[1] += e * (load(a->a) * load(block->k)); /* so that the first sum is rounded as without a second */
-		else if (channels == 3) {
-			total[1] += e * load(a[job->stride].a);
-			total[2] += e * load(a[2 * job->stride].a);
+	const rbf_block *block = of->block + job->first + b;
+	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
+	return moves ? moved_lobes_at(job, block, b, dx, dy, dz) : lobes_at(block->k, load(block->x), load(block->y), load(block->z), dx, dy, dz);
+}
+
+/* The mask of the groups that there are; of one block each: `single`. */
+static inline __attribute__((always_inline)) uint64_t groups_of(const rbf_kernel_job *job, int single)
+{
+	const uint32_t group = rbf_cull_group(job->blocks), groups = single ? job->blocks : (job->blocks + group - 1) / group;
+	return groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
+}
+
+/* The common case: one channel, groups of one block. All blocks of all jobs in one loop, since how many a job has cannot be foreseen.
+ * `moving` is constant. */
+static inline __attribute__((always_inline)) float one_channel(const rbf_kernel_job *job, const rbf_kernel_job *end,
+	const rbf_kernel_lobes *of, int moving)
+{
+	vf total = all(0);
+	uint64_t mask = groups_of(job, 1);
+	while (1) {
+		while (__builtin_expect(!mask, 0)) {
+			if (++job == end)
+				return across(total);
+			mask = groups_of(job, 1);
+		}
+		const uint32_t b = (uint32_t)__builtin_ctzll(mask);
+		const vf e = moving && job->motion ? block_at(job, of, b, 1) : block_at(job, of, b, 0);
+		total += load(of->amplitude[job->first + b].a) * job->weight * e;
+		mask &= mask - 1;
+		const int done = mask == 0;
+		job += done;
+		if (job == end)
+			return across(total);
+		mask |= done ? groups_of(job, 1) : 0;
+	}
+}
+
+/* Adds a job. Inlined with a constant number of channels; the first sum is rounded as one_channel() does. */
+static inline __attribute__((always_inline)) void any_channels(const rbf_kernel_job *job, const rbf_kernel_lobes *of, uint32_t channels,
+	vf total[3])
+{
+	const uint32_t group = rbf_cull_group(job->blocks);
+	for (uint64_t mask = groups_of(job, 0); mask; mask &= mask - 1) {
+		const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * group, end = job->blocks - begin < group ? job->blocks : begin + group;
+		for (uint32_t b = begin; b < end; b++) {
+			const rbf_amplitude *a = of->amplitude + job->first + b;
+			const vf e = job->motion ? block_at(job, of, b, 1) : block_at(job, of, b, 0), first = load(a->a) * job->weight;
+			total[0] += first * e;
+			if (channels == RBF_KERNEL_WIDTH)
+				total[1] += first * load(of->block[job->first + b].k) * e;
+			else if (channels == 3) {
+				total[1] += load(a[of->stride].a) * job->weight * e;
+				total[2] += load(a[2 * of->stride].a) * job->weight * e;
+			}
 		}
 	}
 }
 
-/* The mask of the groups that there are. */
-static inline uint64_t groups_of(const rbf_kernel_job *job, uint32_t groups)
-{
-	return groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
-}
-
-/* The common case, one short loop: one channel, groups of one block. `moves` is constant. */
-static inline __attribute__((always_inline)) vf one_channel(const rbf_kernel_job *job, int moves)
-{
-	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
-	const rbf_block *block = job->block;
-	const rbf_amplitude *amplitude = job->amplitude;
-	vf total = all(0);
-	for (uint64_t mask = groups_of(job, job->blocks); mask; mask &= mask - 1) {
-		const uint32_t b = (uint32_t)__builtin_ctzll(mask);
-		total += load(amplitude[b].a) * (moves ? moved_lobes_at(job, b, dx, dy, dz)
-			: lobes_at(block[b].k, load(block[b].x), load(block[b].y), load(block[b].z), dx, dy, dz));
-	}
-	return total;
-}
-
-/* Inlined with a constant number of channels. */
-static inline __attribute__((always_inline)) void any_channels(const rbf_kernel_job *job, uint32_t channels, vf all_total[3])
-{
-	const vf dx = all(job->direction[0]), dy = all(job->direction[1]), dz = all(job->direction[2]);
-	vf total[3] = {{0}, {0}, {0}};
-	for (uint64_t mask = groups_of(job, (job->blocks + job->group - 1) / job->group); mask; mask &= mask - 1) {
-		const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * job->group;
-		add_blocks(job, begin, job->blocks - begin < job->group ? job->blocks : begin + job->group, channels, dx, dy, dz, total);
-	}
-	for (uint32_t n = 0; n < channels; n++)
-		all_total[n] += total[n] * job->weight;
-}
-
-static inline float across(vf t)
-{
-	return ((t[0] + t[4]) + (t[1] + t[5])) + ((t[2] + t[6]) + (t[3] + t[7]));
-}
-
-void RBF_KERNEL_NAME(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
+void RBF_KERNEL_NAME(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3])
 {
 	const rbf_kernel_job *const end = job + jobs;
-	if (!jobs)
+	int several = of->channels != 1, moving = 0;
+	for (uint32_t n = 0; n < jobs; n++) {
+		several |= job[n].blocks > RBF_CULL_BITS;
+		moving |= job[n].motion != NULL;
+	}
+	if (!several) {
+		sum[0] = !jobs ? 0 : moving ? one_channel(job, end, of, 1) : one_channel(job, end, of, 0);
 		return;
-	const uint32_t channels = job->channels;
-	if (channels == 1) {
-		vf total = all(0);
-		for (; job < end && job->group <= 1; job++)
-			total += (job->shift[0] || job->shift[1] ? one_channel(job, 1) : one_channel(job, 0)) * job->weight;
-		sum[0] = across(total);
-		if (job == end)
-			return;
-	} else
-		for (uint32_t c = 0; c < channels; c++)
-			sum[c] = 0;
+	}
 	vf total[3] = {{0}, {0}, {0}};
 	for (; job < end; job++)
 		if (job->blocks)
-			switch (channels) {
-			case 1: any_channels(job, 1, total); break;
-			case RBF_KERNEL_WIDTH: any_channels(job, RBF_KERNEL_WIDTH, total); break;
-			default: any_channels(job, 3, total);
+			switch (of->channels) {
+			case 1: any_channels(job, of, 1, total); break;
+			case RBF_KERNEL_WIDTH: any_channels(job, of, RBF_KERNEL_WIDTH, total); break;
+			default: any_channels(job, of, 3, total);
 			}
-	for (uint32_t c = 0; c < channels; c++)
-		sum[c] += across(total[c]);
+	for (uint32_t c = 0; c < of->channels; c++)
+		sum[c] = across(total[c]);
 }

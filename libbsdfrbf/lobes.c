@@ -42,12 +42,11 @@ void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa)
 
 void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3])
 {
-	rbf_kernel_job job = {.weight = 1, .blocks = l->blocks, .block = l->block, .amplitude = l->amplitude, .stride = l->blocks,
-		.channels = l->channels, .mask = ~(uint64_t)0, .group = (l->blocks + 63) / 64,
-		.direction = {direction[0], direction[1], direction[2]}};
+	const rbf_kernel_job job = {.weight = 1, .blocks = l->blocks, .mask = ~(uint64_t)0, .direction = {direction[0], direction[1], direction[2]}};
+	const rbf_kernel_lobes all = {l->block, l->amplitude, l->blocks, l->channels};
 	value[0] = value[1] = value[2] = 0;
 	if (job.blocks)
-		rbf_kernel_sum(&job, 1, value);
+		rbf_kernel_sum(&job, 1, &all, value);
 }
 
 /* Copies a fit into a row of bytes, or out of it. Returns how many bytes it takes. */

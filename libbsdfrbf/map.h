@@ -80,8 +80,10 @@ static inline const char *rbf_map_name(unsigned map)
 }
 
 #define RBF_VALID_S 0.9539392f /* the sine that belongs to RBF_VALID_Z */
+#define RBF_VALID_LEAST .01f /* of the part of it that is left */
 #define RBF_VALID_Z 0.3f     /* mapped directions lower than this lose weight: lobes are less certain there */
 #define RBF_SHIFT_MIN_Z 0.02f
+#define RBF_SHIFT_MOST 20.f  /* of the cosines' ratio */
 #define RBF_TURN_RADIUS 0.99f /* a learned beam is held above the horizon: |e| at most this */
 #define RBF_SLANT_MAX 11.43f /* tan 85 degrees: beyond, the half map's change of solid angle is held, so that it has a bound */
 
@@ -103,7 +105,7 @@ static inline void rbf_map_turned(unsigned map, const rbf_linear *linear, const 
 		e[2] = i[2];
 		return;
 	}
-	const float r = hypotf(e[0], e[1]), s = r > RBF_TURN_RADIUS ? RBF_TURN_RADIUS / r : 1;
+	const float r = sqrtf(e[0]*e[0] + e[1]*e[1]), s = r > RBF_TURN_RADIUS ? RBF_TURN_RADIUS / r : 1;
 	e[0] *= s;
 	e[1] *= s;
 	e[2] = sqrtf(1 - e[0]*e[0] - e[1]*e[1]);
@@ -126,7 +128,7 @@ static inline float rbf_map_margin(unsigned map, const rbf_linear *linear, const
 	return 2 * asinf(fminf(.5f * sqrtf(d*d + rise*rise), 1.f));
 }
 
-/* A map made ready for incident direction i and a corner's measured direction k. */
+/* A map made ready for incident direction i and a corner's measured direction k. fan.h does the same for all corners of a site. */
 typedef struct rbf_warp {
 	enum rbf_map_kind kind;
 	float i[3], k[3];
@@ -137,42 +139,29 @@ typedef struct rbf_warp {
 	float most;      /* half: limit of the change of solid angle */
 } rbf_warp;
 
-/* The same with the beam of i known: rbf_map_source(). */
-static inline void rbf_warp_from(rbf_warp *w, unsigned map, const rbf_linear *linear, const float i[3], const float a[3], const float k[3])
+/* What the kinds of maps make ready, without a branch: the rotation from beam a to beam b; the shift; the change from incidence i to k. */
+static inline void rbf_turn_set(rbf_warp *w, const float a[3], const float b[3])
 {
-	w->kind = rbf_map_get(map)->kind;
-	for (int n = 0; n < 3; n++) {
-		w->i[n] = i[n];
-		w->k[n] = k[n];
-	}
-	w->gain = 1;
-	w->cosine = 1;
-	w->sine = 0;
-	w->most = 1;
-	if (w->kind == RBF_KIND_TURN) {
-		float b[3];
-		rbf_map_turned(map, linear, k, b);
-		const float v[3] = {a[1]*b[2] - a[2]*b[1], a[2]*b[0] - a[0]*b[2], a[0]*b[1] - a[1]*b[0]};
-		const float c = rbf_dot(a, b), t = 1 / rbf_max(1 + c, 1e-6f);
-		w->m[0] = c + t*v[0]*v[0];    w->m[1] = t*v[0]*v[1] - v[2]; w->m[2] = t*v[0]*v[2] + v[1];
-		w->m[3] = t*v[0]*v[1] + v[2]; w->m[4] = c + t*v[1]*v[1];    w->m[5] = t*v[1]*v[2] - v[0];
-		w->m[6] = t*v[0]*v[2] - v[1]; w->m[7] = t*v[1]*v[2] + v[0]; w->m[8] = c + t*v[2]*v[2];
-		w->cosine = c;
-		return;
-	}
-	for (int n = 0; n < 9; n++)
-		w->m[n] = 0;
-	if (w->kind == RBF_KIND_SHIFT) {
-		float b[2];
-		rbf_map_beam(map, linear, k, b);
-		w->m[0] = b[0] - a[0];
-		w->m[1] = b[1] - a[1];
-	} else if (w->kind == RBF_KIND_HALF) {
-		const float c = rbf_dot(i, k);
-		w->gain = k[2] / rbf_max(i[2], 0.01f);
-		w->sine = sqrtf(rbf_max(1 - c*c, 0.f));
-		w->most = 1 + w->sine * RBF_SLANT_MAX;
-	}
+	const float v[3] = {a[1]*b[2] - a[2]*b[1], a[2]*b[0] - a[0]*b[2], a[0]*b[1] - a[1]*b[0]};
+	const float c = rbf_dot(a, b), t = 1 / rbf_max(1 + c, 1e-6f);
+	w->m[0] = c + t*v[0]*v[0];    w->m[1] = t*v[0]*v[1] - v[2]; w->m[2] = t*v[0]*v[2] + v[1];
+	w->m[3] = t*v[0]*v[1] + v[2]; w->m[4] = c + t*v[1]*v[1];    w->m[5] = t*v[1]*v[2] - v[0];
+	w->m[6] = t*v[0]*v[2] - v[1]; w->m[7] = t*v[1]*v[2] + v[0]; w->m[8] = c + t*v[2]*v[2];
+	w->cosine = c;
+}
+
+static inline void rbf_shift_set(rbf_warp *w, const float a[2], const float b[2])
+{
+	w->m[0] = b[0] - a[0];
+	w->m[1] = b[1] - a[1];
+}
+
+static inline void rbf_half_set(rbf_warp *w)
+{
+	const float c = rbf_dot(w->i, w->k);
+	w->gain = w->k[2] / rbf_max(w->i[2], 0.01f);
+	w->sine = sqrtf(rbf_max(1 - c*c, 0.f));
+	w->most = 1 + w->sine * RBF_SLANT_MAX;
 }
 
 /* The beam of incident direction i as a map needs it. */
@@ -186,11 +175,24 @@ static inline void rbf_map_source(unsigned map, const rbf_linear *linear, const 
 	}
 }
 
+/* All that a kind leaves alone. */
+static inline void rbf_warp_clear(rbf_warp *w, enum rbf_map_kind kind, const float i[3], const float k[3])
+{
+	*w = (rbf_warp){.kind = kind, .i = {i[0], i[1], i[2]}, .k = {k[0], k[1], k[2]}, .gain = 1, .cosine = 1, .most = 1};
+}
+
 static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *linear, const float i[3], const float k[3])
 {
-	float a[3];
+	float a[3], b[3];
+	rbf_warp_clear(w, rbf_map_get(map)->kind, i, k);
 	rbf_map_source(map, linear, i, a);
-	rbf_warp_from(w, map, linear, i, a, k);
+	rbf_map_source(map, linear, k, b);
+	switch (w->kind) {
+	case RBF_KIND_TURN: rbf_turn_set(w, a, b); break;
+	case RBF_KIND_SHIFT: rbf_shift_set(w, a, b); break;
+	case RBF_KIND_HALF: rbf_half_set(w); break;
+	default: break;
+	}
 }
 
 /* Of the shift maps: f is carried unchanged, so DSF as the cosines. Lobes do not end at the horizon, where DSF must: lower than
@@ -198,7 +200,7 @@ static inline void rbf_warp_set(rbf_warp *w, unsigned map, const rbf_linear *lin
 static inline float rbf_shift_factor(float z, float mapped_z)
 {
 	const float low = rbf_max(mapped_z, RBF_SHIFT_MIN_Z), t = mapped_z / low;
-	return rbf_min(z / low, 20.f) * (t * t);
+	return rbf_min(z / low, RBF_SHIFT_MOST) * (t * t);
 }
 
 /* One function for each kind and way, without a branch, so that many directions can be carried at once. */
@@ -283,7 +285,7 @@ static inline float rbf_warp_validity(const rbf_warp *w, float mapped_z)
 {
 	if (w->kind == RBF_KIND_FIXED)
 		return 1;
-	const float v = rbf_min(rbf_max(mapped_z * (1 / RBF_VALID_Z), .01f), 1.f);
+	const float v = rbf_min(rbf_max(mapped_z * (1 / RBF_VALID_Z), RBF_VALID_LEAST), 1.f);
 	return v * v;
 }
 

@@ -77,7 +77,9 @@ static float hidden(const rbf_site *site, const float exitant[3], float narrow, 
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			float mapped[3], d[3], part = 0;
-			const float factor = rbf_warp_forward(&site->warp[k][f], folded, mapped);
+			rbf_warp warp;
+			rbf_site_warp(site, k, f, &warp);
+			const float factor = rbf_warp_forward(&warp, folded, mapped);
 			rbf_mirror(site->vertex_op[k], mapped, d);
 			for (uint32_t b = set->first; b < set->first + set->blocks; b++) {
 				const rbf_block *l = &c->block[b];

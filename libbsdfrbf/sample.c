@@ -61,16 +61,17 @@ static inline void draw(const float centre[3], double kappa, double far, double 
 static inline float carry(const rbf_site *site, uint32_t corner, uint32_t frame, float clear, const float drawn[3], float exitant[3],
 	float *share)
 {
-	float p[3];
-	rbf_mirror(site->vertex_op[corner], drawn, p);
-	const float factor = rbf_warp_inverse(&site->warp[corner][frame], p, exitant);
+	const float p[3] = {drawn[0] * site->flip[0][corner], drawn[1] * site->flip[1][corner], drawn[2]};
+	rbf_warp warp;
+	rbf_site_warp(site, corner, frame, &warp);
+	const float factor = rbf_warp_inverse(&warp, p, exitant);
 	*share = 1;
 	if (!(factor > 0) || !(exitant[2] > 0))
 		return 0;
 	if (exitant[2] >= clear)
 		return factor;
-	float shares[3], gain[3], mapped[3][3];
-	rbf_site_map(site, frame, exitant, shares, gain, mapped);
+	float shares[RBF_FAN];
+	rbf_site_shares(site, frame, exitant, shares);
 	*share = shares[corner];
 	return factor * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
 }
@@ -103,15 +104,16 @@ static inline uint32_t share_at(const uint16_t *running, uint32_t at)
 static void heights(const rbf_site *site, uint32_t frame, float *clear, float *band)
 {
 	float cosine = 1, shift2 = 0;
-	if (site->warp[0][frame].kind == RBF_KIND_FIXED) { /* valid everywhere; lower than this there is the limit at the horizon */
+	const rbf_fan *fan = &site->fan[frame];
+	if (fan->kind == RBF_KIND_FIXED) { /* valid everywhere; lower than this there is the limit at the horizon */
 		*clear = *band = RBF_HORIZON_Z;
 		return;
 	}
 	for (uint32_t k = 0; k < site->corners; k++) {
-		const rbf_warp *w = &site->warp[k][frame];
-		cosine = rbf_min(w->kind == RBF_KIND_HALF ? rbf_dot(w->i, w->k) : w->cosine, cosine);
-		if (w->kind == RBF_KIND_SHIFT)
-			shift2 = rbf_max(w->m[0]*w->m[0] + w->m[1]*w->m[1], shift2);
+		const float to[3] = {site->direction[0][k], site->direction[1][k], site->direction[2][k]};
+		cosine = rbf_min(fan->kind == RBF_KIND_HALF ? rbf_dot(site->incident, to) : fan->cosine[k], cosine);
+		if (fan->kind == RBF_KIND_SHIFT)
+			shift2 = rbf_max(fan->m[0][k]*fan->m[0][k] + fan->m[1][k]*fan->m[1][k], shift2);
 	}
 	*clear = *band = 2;
 	if (shift2 > 0) {
@@ -141,9 +143,8 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
 		sampler->excess[k] = rbf_min(1.f, 1 / site->weight[k] - 1); /* a share is at most 1 over the weight */
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
-			const rbf_warp *warp = &site->warp[k][f];
-			const float each = site->weight[k] * warp->gain * RBF_DRAW_TOTAL;
-			const float of[3] = {each * set->unit[0], each * set->unit[1] * sampler->excess[k], each * set->unit[2] * warp->sine};
+			const float each = site->weight[k] * site->fan[f].gain[k] * RBF_DRAW_TOTAL;
+			const float of[3] = {each * set->unit[0], each * set->unit[1] * sampler->excess[k], each * set->unit[2] * site->fan[f].sine[k]};
 			for (uint32_t t = 0; t < tables; t++) {
 				sampler->part[parts] = (struct rbf_sampler_part){set, (uint8_t)k, (uint8_t)f, (uint8_t)t};
 				sampler->running[parts] = (double)(total + of[t]);
@@ -201,7 +202,7 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 			p += pick >= sampler->running[n]; /* they rise */
 		const struct rbf_sampler_part *part = &sampler->part[p];
 		const uint32_t frame = part->frame, k = part->corner;
-		const rbf_warp *warp = &site->warp[k][frame];
+		const rbf_fan *fan = &site->fan[frame];
 		/* the lobe */
 		const uint16_t *running = c->draws + part->table * lanes + (size_t)part->set->first * RBF_LANES;
 		const double below = p ? sampler->running[p - 1] : 0, units = RBF_DRAW_TOTAL * (pick - below) / (sampler->running[p] - below);
@@ -214,8 +215,8 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 		double a, b;
 		rbf_site_centre(site, k, block, lane, centre);
 		const double far = kappa > RBF_LOBE_SHARP ? 0 : exp(-2 * (double)kappa);
-		const bounds bound = bounds_at(c, part, warp->sine, low, (float)(2 * RBF_PI * (1 - far)) / kappa);
-		keep = bound.mass / (bound.whole * warp->gain);
+		const bounds bound = bounds_at(c, part, fan->sine[k], low, (float)(2 * RBF_PI * (1 - far)) / kappa);
+		keep = bound.mass / (bound.whole * fan->gain[k]);
 		if (part->table == RBF_DRAW_BAND) {
 			gap = rbf_max(rbf_lobe_gap(c->block[block].z[lane], kappa, part->set->band), rbf_lobe_gap(centre[2], kappa, sampler->band[frame]));
 			const float some = expf(-kappa * gap) * bound.whole / bound.band;

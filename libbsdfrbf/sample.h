@@ -63,10 +63,11 @@ static inline void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32
 	centre[2] = b->z[lane];
 	const uint32_t at = block - c->set[site->base[corner] * c->frames].first;
 	int moved = 0;
+	const rbf_motion *motion = &site->motion[corner];
 	for (int n = 0; n < 2; n++)
-		if (site->shift[corner][n]) {
-			const rbf_shift *s = &site->shift[corner][n][at];
-			const float w = site->shift_weight[corner][n];
+		if (motion->shift[n]) {
+			const rbf_shift *s = &motion->shift[n][at];
+			const float w = motion->weight[n];
 			centre[0] += w * s->x[lane];
 			centre[1] += w * s->y[lane];
 			centre[2] += w * s->z[lane];

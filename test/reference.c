@@ -28,7 +28,10 @@
 #define rbf_square_from_direction double_square_from_direction
 #define rbf_warp double_warp
 #define rbf_warp_set double_warp_set
-#define rbf_warp_from double_warp_from
+#define rbf_warp_clear double_warp_clear
+#define rbf_turn_set double_turn_set
+#define rbf_half_set double_half_set
+#define rbf_shift_set double_shift_set
 #define rbf_map_source double_map_source
 #define rbf_warp_forward double_warp_forward
 #define rbf_warp_inverse double_warp_inverse
@@ -88,14 +91,14 @@ static void lobes(const rbf_site *site, uint32_t k, uint32_t frame, const double
 		for (int i = 0; i < RBF_LANES; i++) {
 			double centre[3] = {(double)c->block[b].x[i], (double)c->block[b].y[i], (double)c->block[b].z[i]}, square = 0;
 			for (int n = 0; n < 2; n++)
-				if (site->shift[k][n]) {
-					const rbf_shift *s = site->shift[k][n] + (b - first->first);
-					const double w = (double)site->shift_weight[k][n];
+				if (site->motion[k].shift[n]) {
+					const rbf_shift *s = site->motion[k].shift[n] + (b - first->first);
+					const double w = (double)site->motion[k].weight[n];
 					centre[0] += w * (double)s->x[i];
 					centre[1] += w * (double)s->y[i];
 					centre[2] += w * (double)s->z[i];
 				}
-			if (site->shift[k][0] || site->shift[k][1])
+			if (site->motion[k].shift[0] || site->motion[k].shift[1])
 				double_normalize(centre);
 			for (int n = 0; n < 3; n++)
 				square += (at[n] - centre[n]) * (at[n] - centre[n]);
@@ -118,7 +121,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 			double i[3], to[3];
 			for (int n = 0; n < 3; n++) {
 				i[n] = (double)site->incident[n];
-				to[n] = (double)site->warp[k][f].k[n];
+				to[n] = (double)site->direction[n][k];
 			}
 			double_warp_set(&warp[k], c->frame[f], rbf_frame_linear(c, f), i, to);
 			gain += (double)site->weight[k] * warp[k].gain;

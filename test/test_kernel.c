@@ -29,14 +29,14 @@ static void vectors_agree_with_reference(void **state)
 	static rbf_shift shift[2][BLOCKS];
 	uint64_t seed = 1;
 	for (int round = 0; round < 3000; round++) {
-		rbf_kernel_job job = {.blocks = 1 + (uint32_t)(random_unit(&seed) * (BLOCKS - 1)), .block = block, .amplitude = amplitude,
-			.stride = BLOCKS, .channels = round % 2 ? 3 : 1};
-		job.group = (job.blocks + 63) / 64;
+		rbf_motion motion;
+		rbf_kernel_job job = {.weight = 1, .blocks = 1 + (uint32_t)(random_unit(&seed) * (BLOCKS - 1)), .motion = round % 16 < 4 ? NULL : &motion};
+		const rbf_kernel_lobes of = {block, amplitude, BLOCKS, round % 2 ? 3 : 1};
 		job.mask = round % 3 ? ~(uint64_t)0 : (uint64_t)(random_unit(&seed) * 0x1p63) << 1;
 		unit(&seed, job.direction);
 		for (int n = 0; n < 2; n++) {
-			job.shift[n] = (round / 4 >> n) % 2 ? shift[n] : NULL;
-			job.shift_weight[n] = (float)random_unit(&seed) * .5f;
+			motion.shift[n] = (round / 4 >> n) % 2 ? shift[n] : NULL;
+			motion.weight[n] = (float)random_unit(&seed) * .5f;
 		}
 		for (uint32_t b = 0; b < job.blocks; b++)
 			for (int i = 0; i < RBF_LANES; i++) {
@@ -60,16 +60,16 @@ static void vectors_agree_with_reference(void **state)
 				}
 			}
 		float expected[3], sum[3];
-		rbf_kernel_reference(&job, 1, expected);
-		void (*const kernel[3])(const rbf_kernel_job *, uint32_t, float *) = {rbf_kernel_sum, rbf_kernel_generic,
+		rbf_kernel_reference(&job, 1, &of, expected);
+		void (*const kernel[3])(const rbf_kernel_job *, uint32_t, const rbf_kernel_lobes *, float *) = {rbf_kernel_sum, rbf_kernel_generic,
 #if defined(__x86_64__)
 			__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? rbf_kernel_avx2 :
 #endif
 			rbf_kernel_generic};
 		for (int k = 0; k < 3; k++) {
-			kernel[k](&job, 1, sum);
+			kernel[k](&job, 1, &of, sum);
 			/* a centre is a float: half an ulp of 1 (6e-8) at kappa d = 1e5 x .01 shifts the exponent by 1e-4 */
-			for (uint32_t n = 0; n < job.channels; n++)
+			for (uint32_t n = 0; n < of.channels; n++)
 				if (!(fabsf(sum[n] - expected[n]) <= 3e-4f * expected[n] + 1e-7f))
 					fail_msg("kernel %d, channel %u: %g, reference %g", k, n, (double)sum[n], (double)expected[n]);
 		}

@@ -23,17 +23,19 @@ static volatile float sink;
 static int counting;
 static unsigned long long lobes;
 
-void __real_rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, float sum[3]);
-void __wrap_rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, float sum[3]);
-void __wrap_rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, float sum[3])
+void __real_rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3]);
+void __wrap_rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3]);
+void __wrap_rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3])
 {
-	for (uint32_t j = 0; counting && j < jobs; j++)
-		for (uint32_t g = 0; g * job[j].group < job[j].blocks; g++)
+	for (uint32_t j = 0; counting && j < jobs; j++) {
+		const uint32_t group = rbf_cull_group(job[j].blocks);
+		for (uint32_t g = 0; g * group < job[j].blocks; g++)
 			if (job[j].mask >> g & 1) {
-				const uint32_t left = job[j].blocks - g * job[j].group;
-				lobes += RBF_LANES * (left < job[j].group ? left : job[j].group);
+				const uint32_t left = job[j].blocks - g * group;
+				lobes += RBF_LANES * (left < group ? left : group);
 			}
-	__real_rbf_kernel_sum(job, jobs, sum);
+	}
+	__real_rbf_kernel_sum(job, jobs, of, sum);
 }
 
 static void direction(float least_z, int sign, float d[3])
@@ -69,9 +71,8 @@ static void all_lobes(void)
 	rbf_kernel_job job[SETS];
 	float sum[3];
 	for (int s = 0; s < SETS; s++)
-		job[s] = (rbf_kernel_job){BLOCKS, block + s * BLOCKS, amplitude + s * BLOCKS, 0, 1, {NULL, NULL}, {0, 0}, ~(uint64_t)0, 1,
-			{0, 0, 1}, 1};
-	rbf_kernel_sum(job, SETS, sum);
+		job[s] = (rbf_kernel_job){.direction = {0, 0, 1}, .weight = 1, .mask = ~(uint64_t)0, .first = s * BLOCKS, .blocks = BLOCKS};
+	rbf_kernel_sum(job, SETS, &(rbf_kernel_lobes){block, amplitude, 0, 1}, sum);
 	sink += sum[0];
 }
 

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Four floats at once, by the compiler's vector types: for what is done at all corners of a site. */
+#ifndef RBF_LANES4_H
+#define RBF_LANES4_H
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
+typedef float rbf_lanes __attribute__((vector_size(16)));
+typedef int32_t rbf_lane_mask __attribute__((vector_size(16)));
+
+static inline rbf_lanes rbf_lanes_load(const float *p)
+{
+	rbf_lanes v;
+	memcpy(&v, p, sizeof v);
+	return v;
+}
+
+static inline void rbf_lanes_store(float *p, rbf_lanes v)
+{
+	memcpy(p, &v, sizeof v);
+}
+
+static inline rbf_lanes rbf_lanes_all(float x)
+{
+	return (rbf_lanes){x, x, x, x};
+}
+
+static inline rbf_lanes rbf_lanes_select(rbf_lane_mask m, rbf_lanes a, rbf_lanes b)
+{
+	return (rbf_lanes)((m & (rbf_lane_mask)a) | (~m & (rbf_lane_mask)b));
+}
+
+/* As rbf_min() and rbf_max(). */
+static inline rbf_lanes rbf_lanes_min(rbf_lanes a, rbf_lanes b)
+{
+	return rbf_lanes_select(a < b, a, b);
+}
+
+static inline rbf_lanes rbf_lanes_max(rbf_lanes a, rbf_lanes b)
+{
+	return rbf_lanes_select(a > b, a, b);
+}
+
+static inline rbf_lanes rbf_lanes_sqrt(rbf_lanes v)
+{
+#if defined(__SSE2__)
+	return (rbf_lanes)_mm_sqrt_ps((__m128)v);
+#else
+	return (rbf_lanes){sqrtf(v[0]), sqrtf(v[1]), sqrtf(v[2]), sqrtf(v[3])};
+#endif
+}
+
+static inline rbf_lanes rbf_lanes_abs(rbf_lanes v)
+{
+	return (rbf_lanes)((rbf_lane_mask)v & 0x7fffffff);
+}
+#endif
