@@ -4,8 +4,9 @@
 #ifndef RBF_CLONES_H
 #define RBF_CLONES_H
 
-/* The loader chooses before the thread sanitizer is ready. */
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__linux__) && !defined(__SANITIZE_THREAD__)
+/* The loader chooses before the thread sanitizer is ready. Where everything is compiled for AVX2 or more (-march=native), GCC 12 breaks
+ * down over clones for less. */
+#if defined(__x86_64__) && !defined(__AVX2__) && defined(__GNUC__) && !defined(__clang__) && defined(__linux__) && !defined(__SANITIZE_THREAD__)
 #define RBF_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
 #else
 #define RBF_CLONES
