@@ -101,7 +101,14 @@ static void cross(const float a[3], const float b[3], float c[3])
 	c[2] = a[0]*b[1] - a[1]*b[0];
 }
 
-static arc arc_of(const rbf_mesh *mesh, uint32_t border)
+static inline void scale(float v[3], float by)
+{
+	v[0] *= by;
+	v[1] *= by;
+	v[2] *= by;
+}
+
+static inline arc arc_of(const rbf_mesh *mesh, uint32_t border)
 {
 	arc r;
 	for (int n = 0; n < 3; n++) {
@@ -110,8 +117,11 @@ static arc arc_of(const rbf_mesh *mesh, uint32_t border)
 	}
 	const float e[3] = {r.b[0] - r.a[0], r.b[1] - r.a[1], r.b[2] - r.a[2]};
 	cross(e, r.a, r.out);
-	r.point = !(rbf_normalize(r.out) > 0);
-	if (r.point) {
+	const float length2 = rbf_dot(r.out, r.out);
+	r.point = !(length2 > 0);
+	if (!r.point)
+		scale(r.out, 1 / sqrtf(length2));
+	else {
 		const float s = hypotf(r.a[0], r.a[1]);
 		r.out[0] = s > 0 ? r.a[2] * r.a[0] / s : r.a[2];
 		r.out[1] = s > 0 ? r.a[2] * r.a[1] / s : 0;
@@ -123,7 +133,7 @@ static arc arc_of(const rbf_mesh *mesh, uint32_t border)
 /* Angle from p along the unit tangent g to the horizon. */
 static float to_horizon(const float p[3], const float g[3])
 {
-	return rbf_max(atan2f(p[2], -g[2]), 1e-4f);
+	return rbf_max(rbf_upper_angle(p[2], -g[2]), 1e-4f);
 }
 
 rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float weight[2], const float d[3])
@@ -132,14 +142,16 @@ rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float 
 	float p[3], g[3], along[3];
 	for (int n = 0; n < 3; n++)
 		p[n] = weight[0] * r.a[n] + weight[1] * r.b[n];
-	rbf_normalize(p);
+	scale(p, 1 / sqrtf(rbf_dot(p, p)));
 	const float near = rbf_dot(d, p);
 	for (int n = 0; n < 3; n++)
 		g[n] = d[n] - near * p[n];
-	const float far = rbf_normalize(g);
+	const float far = sqrtf(rbf_dot(g, g));
+	if (far > 0)
+		scale(g, 1 / far);
 	cross(p, r.out, along);
 	const float outward = rbf_dot(g, r.out), forward = rbf_dot(g, along);
-	const float turn = fabsf(atan2f(fabsf(forward), outward)) * (float)(1 / RBF_PI);
+	const float turn = rbf_upper_angle(fabsf(forward), outward) * (float)(1 / RBF_PI);
 	rbf_dhr_polar point = {0, 0};
 	if (weight[0] > 0 && weight[1] > 0)
 		point.around = outward < 0 ? 2 + weight[0] : weight[1];
@@ -148,7 +160,7 @@ rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float 
 	else
 		point.around = turn > 0 ? 4 - turn : 0;
 	if (far > 0)
-		point.out = rbf_min(atan2f(far, near) / to_horizon(p, g), 1.f);
+		point.out = rbf_min(rbf_upper_angle(far, near) / to_horizon(p, g), 1.f);
 	return point;
 }
 

@@ -323,7 +323,7 @@ void rbf_component_dhr(const rbf_component *c, const float incident[3], float va
 	if (rbf_dhr_quick(c, incident, value))
 		return;
 	rbf_site_turn(c, incident, &site);
-	const uint32_t item = rbf_mesh_locate(&c->mesh, site.incident, corner, weight);
+	const uint32_t item = rbf_mesh_search(&c->mesh, site.incident, corner, weight);
 	if (item & RBF_MESH_BORDER)
 		scale_outside(c, item & ~RBF_MESH_BORDER, weight, site.incident, value);
 	else

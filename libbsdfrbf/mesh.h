@@ -111,4 +111,7 @@ double rbf_mesh_spacing(const rbf_mesh *mesh);
  * are those of the nearest point, by angle, of the boundary: continuous with the inside). corner[3], weight[3];
  * unused corners have weight 0 and repeat a used vertex. */
 uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3]);
+
+/* The same for a direction that is in none of the first two elements of its cell (mesh_inside.h): most of those are outside. */
+uint32_t rbf_mesh_search(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3]);
 #endif

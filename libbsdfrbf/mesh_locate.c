@@ -102,7 +102,7 @@ static void search_all(const rbf_mesh *mesh, const float d[3], float theta, plac
 }
 
 /* Any direction, by all that its cell lists. */
-static __attribute__((noinline)) uint32_t search_cell(const rbf_mesh *mesh, const float d[3], float theta, uint32_t k, uint32_t last,
+static uint32_t search_cell(const rbf_mesh *mesh, const float d[3], float theta, uint32_t k, uint32_t last,
 	uint32_t corner[3], float weight[3])
 {
 	const int isotropic = mesh->symmetry == RBF_ISOTROPIC;
@@ -129,6 +129,14 @@ static __attribute__((noinline)) uint32_t search_cell(const rbf_mesh *mesh, cons
 	return finish(mesh, &element, corner, weight);
 }
 
+uint32_t rbf_mesh_search(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+{
+	uint32_t first, last;
+	float theta = 0;
+	rbf_bound_cell(mesh, rbf_mesh_cell(mesh, d, &theta), &first, &last);
+	return search_cell(mesh, d, theta, first, last, corner, weight);
+}
+
 RBF_CLONES static uint32_t locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
 {
 	const uint32_t item = rbf_mesh_inside(mesh, d, weight);
@@ -136,10 +144,7 @@ RBF_CLONES static uint32_t locate(const rbf_mesh *mesh, const float d[3], uint32
 		rbf_bound_corners(mesh, item, corner);
 		return item;
 	}
-	uint32_t first, last;
-	float theta = 0;
-	rbf_bound_cell(mesh, rbf_mesh_cell(mesh, d, &theta), &first, &last);
-	return search_cell(mesh, d, theta, first, last, corner, weight);
+	return rbf_mesh_search(mesh, d, corner, weight);
 }
 
 uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])

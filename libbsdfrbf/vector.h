@@ -71,6 +71,15 @@ static inline float rbf_arctangent(float t)
 		+ s * (-0.05591038f + s * (0.021861634f + s * -0.0040542081f)))))));
 }
 
+/* Angle of (x, y) to +x, y >= 0: in [0, pi], to 2e-7; 0 for (0, 0). */
+static inline float rbf_upper_angle(float y, float x)
+{
+	const float across = fabsf(x), high = rbf_max(y, across), t = rbf_min(y, across) / rbf_max(high, 1e-30f);
+	float angle = rbf_arctangent(t);
+	angle = y > across ? (float)(RBF_PI / 2) - angle : angle;
+	return x < 0 ? (float)RBF_PI - angle : angle;
+}
+
 /* Angle to +z of a unit direction, z >= 0 (below: as if z were 0). */
 static inline float rbf_polar_angle(const float d[3])
 {

@@ -23,6 +23,7 @@
 #define rbf_max double_max
 #define rbf_arctangent double_arctangent
 #define rbf_polar_angle double_polar_angle
+#define rbf_upper_angle double_upper_angle
 #define rbf_disc_from_direction double_disc_from_direction
 #define rbf_direction_from_disc double_direction_from_disc
 #define rbf_square_from_direction double_square_from_direction
