@@ -30,7 +30,8 @@ static inline float rbf_exp_negative(float x)
 	return result;
 }
 
-/* -ln x, x in (0, 1], to 1e-6 of it or of 1: the exponent, and the series of the area hyperbolic tangent for what is left. */
+/* -ln x, x in (0, 1], to 1e-6 of it or of 1: the exponent, and for what is left x - x^2/2 + x^3 P(x), P fitted to the smallest largest
+ * relative error (2.6e-7) on [sqrt(1/2) - 1, sqrt(2) - 1]. In pairs, so that little waits for something else. */
 static inline float rbf_minus_log(float x)
 {
 	uint32_t bits;
@@ -40,7 +41,9 @@ static inline float rbf_minus_log(float x)
 	bits = (above & 0x007fffffu) + 0x3f3504f3u;
 	float m;
 	memcpy(&m, &bits, sizeof m);
-	const float t = (m - 1) / (m + 1), s = t * t;
-	return -.69314718f * (float)e - 2 * t * (1 + s * (.33333333f + s * (.2f + s * .14285714f)));
+	const float t = m - 1, s = t * t;
+	const float low = 0.33334664f - 0.24984232f * t, middle = 0.19908643f - 0.17102376f * t, high = 0.16154113f - 0.10487674f * t;
+	const float p = low + s * (middle + s * high);
+	return -.69314718f * (float)e - t + s * (.5f - t * p);
 }
 #endif

@@ -95,72 +95,92 @@ static inline __attribute__((always_inline)) uint64_t groups_of(const rbf_kernel
 	return groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
 }
 
-/* The common case: one channel, groups of one block. All blocks of all jobs in one loop, since how many a job has cannot be foreseen.
- * `moving` is constant. */
-static inline __attribute__((always_inline)) float one_channel(const rbf_kernel_job *job, const rbf_kernel_job *end,
-	const rbf_kernel_lobes *of, int moving)
+/* Adds block b of a job. `channels` and `moves` are constant. */
+static inline __attribute__((always_inline)) void add_block(const rbf_kernel_job *job, const rbf_kernel_lobes *of, uint32_t b,
+	uint32_t channels, int moves, vf total[3])
 {
-	vf total = all(0);
+	const rbf_amplitude *a = of->amplitude + job->first + b;
+	const vf e = block_at(job, of, b, moves), first = load(a->a) * job->weight;
+	total[0] += first * e;
+	if (channels == RBF_KERNEL_WIDTH)
+		total[1] += first * load(of->block[job->first + b].k) * e;
+	else if (channels == 3) {
+		total[1] += load(a[of->stride].a) * job->weight * e;
+		total[2] += load(a[2 * of->stride].a) * job->weight * e;
+	}
+}
+
+/* The common case: groups of one block. All blocks of all jobs in one loop, since how many a job has cannot be foreseen. `channels` and
+ * `moving` are constant. */
+static inline __attribute__((always_inline)) void single_blocks(const rbf_kernel_job *job, const rbf_kernel_job *end,
+	const rbf_kernel_lobes *of, uint32_t channels, int moving, vf total[3])
+{
 	uint64_t mask = groups_of(job, 1);
 	while (1) {
 		while (__builtin_expect(!mask, 0)) {
 			if (++job == end)
-				return across(total);
+				return;
 			mask = groups_of(job, 1);
 		}
 		const uint32_t b = (uint32_t)__builtin_ctzll(mask);
-		const vf e = moving && job->motion ? block_at(job, of, b, 1) : block_at(job, of, b, 0);
-		total += load(of->amplitude[job->first + b].a) * job->weight * e;
+		if (moving && job->motion)
+			add_block(job, of, b, channels, 1, total);
+		else
+			add_block(job, of, b, channels, 0, total);
 		mask &= mask - 1;
 		const int done = mask == 0;
 		job += done;
 		if (job == end)
-			return across(total);
+			return;
 		mask |= done ? groups_of(job, 1) : 0;
 	}
 }
 
-/* Adds a job. Inlined with a constant number of channels; the first sum is rounded as one_channel() does. */
-static inline __attribute__((always_inline)) void any_channels(const rbf_kernel_job *job, const rbf_kernel_lobes *of, uint32_t channels,
-	vf total[3])
+/* Any groups. `channels` is constant. */
+static inline __attribute__((always_inline)) void groups_of_blocks(const rbf_kernel_job *job, const rbf_kernel_job *end,
+	const rbf_kernel_lobes *of, uint32_t channels, vf total[3])
 {
-	const uint32_t group = rbf_cull_group(job->blocks);
-	for (uint64_t mask = groups_of(job, 0); mask; mask &= mask - 1) {
-		const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * group, end = job->blocks - begin < group ? job->blocks : begin + group;
-		for (uint32_t b = begin; b < end; b++) {
-			const rbf_amplitude *a = of->amplitude + job->first + b;
-			const vf e = job->motion ? block_at(job, of, b, 1) : block_at(job, of, b, 0), first = load(a->a) * job->weight;
-			total[0] += first * e;
-			if (channels == RBF_KERNEL_WIDTH)
-				total[1] += first * load(of->block[job->first + b].k) * e;
-			else if (channels == 3) {
-				total[1] += load(a[of->stride].a) * job->weight * e;
-				total[2] += load(a[2 * of->stride].a) * job->weight * e;
-			}
+	for (; job < end; job++) {
+		const uint32_t group = rbf_cull_group(job->blocks);
+		for (uint64_t mask = groups_of(job, 0); mask; mask &= mask - 1) {
+			const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * group, last = job->blocks - begin < group ? job->blocks : begin + group;
+			for (uint32_t b = begin; b < last; b++)
+				if (job->motion)
+					add_block(job, of, b, channels, 1, total);
+				else
+					add_block(job, of, b, channels, 0, total);
 		}
 	}
 }
 
+static inline __attribute__((always_inline)) void add_jobs(const rbf_kernel_job *job, const rbf_kernel_job *end, const rbf_kernel_lobes *of,
+	uint32_t channels, float sum[3])
+{
+	vf total[3] = {{0}, {0}, {0}};
+	int several = 0, moving = 0;
+	for (const rbf_kernel_job *j = job; j < end; j++) {
+		several |= j->blocks > RBF_CULL_BITS;
+		moving |= j->motion != NULL;
+	}
+	if (several)
+		groups_of_blocks(job, end, of, channels, total);
+	else if (moving)
+		single_blocks(job, end, of, channels, 1, total);
+	else
+		single_blocks(job, end, of, channels, 0, total);
+	for (uint32_t c = 0; c < channels; c++)
+		sum[c] = across(total[c]);
+}
+
 void RBF_KERNEL_NAME(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3])
 {
-	const rbf_kernel_job *const end = job + jobs;
-	int several = of->channels != 1, moving = 0;
-	for (uint32_t n = 0; n < jobs; n++) {
-		several |= job[n].blocks > RBF_CULL_BITS;
-		moving |= job[n].motion != NULL;
-	}
-	if (!several) {
-		sum[0] = !jobs ? 0 : moving ? one_channel(job, end, of, 1) : one_channel(job, end, of, 0);
+	for (uint32_t c = 0; !jobs && c < of->channels; c++)
+		sum[c] = 0;
+	if (!jobs)
 		return;
+	switch (of->channels) {
+	case 1: add_jobs(job, job + jobs, of, 1, sum); break;
+	case RBF_KERNEL_WIDTH: add_jobs(job, job + jobs, of, RBF_KERNEL_WIDTH, sum); break;
+	default: add_jobs(job, job + jobs, of, 3, sum);
 	}
-	vf total[3] = {{0}, {0}, {0}};
-	for (; job < end; job++)
-		if (job->blocks)
-			switch (of->channels) {
-			case 1: any_channels(job, of, 1, total); break;
-			case RBF_KERNEL_WIDTH: any_channels(job, of, RBF_KERNEL_WIDTH, total); break;
-			default: any_channels(job, of, 3, total);
-			}
-	for (uint32_t c = 0; c < of->channels; c++)
-		sum[c] = across(total[c]);
 }

@@ -349,14 +349,10 @@ int rbf_reciprocal_sample(const bsdfrbf_model *model, const rbf_component *c, co
 		const leaf *l = &t->leaf[low];
 		const double from = low ? (double)t->leaf[low - 1].running : 0, step = (double)l->running - from;
 		const double rest = step > 0 ? (u * (double)t->leaf[t->leaves - 1].running - from) / step : .5;
-		double a, b;
-		float d[3], value[3];
+		float a, b, d[3], value[3];
 		rbf_site site;
-		if (attempt)
-			a = rbf_uniform(&state), b = rbf_uniform(&state);
-		else
-			rbf_split_number(rest > 0 ? rest < 1 ? rest : 1 - 0x1p-53 : 0, &a, &b);
-		rbf_direction_from_cell(ldexp(l->x + a, -l->level), ldexp(l->y + b, -l->level), d);
+		rbf_split_number(attempt ? rbf_uniform(&state) : rest > 0 ? rest < 1 ? rest : 1 - 0x1p-53 : 0, &a, &b);
+		rbf_direction_from_cell(ldexp(l->x + (double)a, -l->level), ldexp(l->y + (double)b, -l->level), d);
 		rbf_site_locate(c, d, &site);
 		value_at(c, &site, turned.incident, value);
 		const float kept = value[rbf_luminance(c->channels)] * area(l) / (float)step;

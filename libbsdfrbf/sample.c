@@ -14,16 +14,18 @@
 #include "sample.h"
 
 #include <string.h>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 enum { TRIES = 1024 };
 
 /* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
-static inline void around(const float centre[3], double w, double cosine, double sine, float out[3])
+static inline void around(const float centre[3], float w, float cosine, float sine, float out[3])
 {
-	const double square = w * (2 - w), radius = square > 0 ? sqrt(square) : 0;
+	const float radius = sqrtf(rbf_max(w * (2 - w), 0.f)), x = radius * cosine, y = radius * sine, z = 1 - w;
 	float t[3], s[3];
 	rbf_basis(centre, t, s);
-	const float x = (float)(radius * cosine), y = (float)(radius * sine), z = (float)(1 - w);
 	for (int n = 0; n < 3; n++)
 		out[n] = x*t[n] + y*s[n] + z*centre[n];
 }
@@ -32,28 +34,26 @@ static inline void around(const float centre[3], double w, double cosine, double
 void rbf_lobe_draw(const float centre[3], float kappa, double u, double v, float out[3])
 {
 	const double rest = kappa > RBF_LOBE_SHARP ? u : u + (1 - u) * exp(-2. * kappa), phi = 2 * RBF_PI * v;
-	around(centre, rest > 0 ? fmin(-log(rest) / kappa, 2) : 2, cos(phi), sin(phi), out);
+	around(centre, (float)(rest > 0 ? fmin(-log(rest) / kappa, 2) : 2), (float)cos(phi), (float)sin(phi), out);
 }
 
-/* Cosine and sine of 2 pi v, v in [0, 1], to 1e-7: twice the angle of a = pi (v - 1/2), turned back by half a turn. */
-static inline void circle(double v, double *cosine, double *sine)
+/* Cosine and sine of 2 pi v, v in [0, 1], to 3e-7: twice the angle of a = pi (v - 1/2), turned back by half a turn. */
+static inline void circle(float v, float *cosine, float *sine)
 {
-	const double a = RBF_PI * (v - .5), q = a * a;
-	const double s = a * (1 + q * (-1./6 + q * (1./120 + q * (-1./5040 + q * (1./362880 + q * (-1./39916800))))));
-	const double c = 1 + q * (-1./2 + q * (1./24 + q * (-1./720 + q * (1./40320 + q * (-1./3628800 + q * (1./479001600))))));
+	const float a = (float)RBF_PI * (v - .5f), q = a * a;
+	const float s = a * (1 + q * (-1.f/6 + q * (1.f/120 + q * (-1.f/5040 + q * (1.f/362880 + q * (-1.f/39916800))))));
+	const float c = 1 + q * (-1.f/2 + q * (1.f/24 + q * (-1.f/720 + q * (1.f/40320 + q * (-1.f/3628800 + q * (1.f/479001600))))));
 	*cosine = 2 * s * s - 1;
 	*sine = -2 * s * c;
 }
 
 /* As rbf_lobe_draw(), quicker and not to the last digit; only at 1 - cos >= gap, which is 0 for broad lobes. far: what is left of the
  * lobe at the other end of the sphere. */
-static inline void draw(const float centre[3], double kappa, double far, double gap, double u, double v, float out[3])
+static inline void draw(const float centre[3], float kappa, float far, float gap, float u, float v, float out[3])
 {
-	const double rest = u + (1 - u) * far;
-	double w = rest > 0 ? gap + (double)rbf_minus_log((float)rest) / kappa : 2, cosine, sine;
-	w = w < 2 ? w : 2;
+	float cosine, sine;
 	circle(v, &cosine, &sine);
-	around(centre, w, cosine, sine, out);
+	around(centre, rbf_min(gap + rbf_minus_log(u + (1 - u) * far) * (1 / kappa), 2.f), cosine, sine, out);
 }
 
 /* Carries a direction drawn at a corner back to the site. Returns the factor of the map, with the limit at the horizon; 0 if it falls
@@ -76,19 +76,26 @@ static inline float carry(const rbf_site *site, uint32_t corner, uint32_t frame,
 	return factor * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
 }
 
-/* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise. By compares that do not wait for each
- * other, and no branch that could be guessed wrong. */
+/* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise to more than the target. No branch that
+ * could be guessed wrong. */
 static inline uint32_t first_above(const uint16_t *rising, uint32_t blocks, uint32_t target)
 {
-	uint32_t block = 0, ways = 0, lane = 0;
-	for (uint32_t n = 8; n < blocks; n += 8)
+	uint32_t block = 0, lane = 0;
+	for (uint32_t n = 8; n < blocks; n += 8) /* compares do not wait for each other */
 		block += rising[n * RBF_LANES - 1] <= target ? 8 : 0;
 	const uint32_t left = blocks - block;
+	uint32_t ways = 0;
 	for (uint32_t n = 1; n < 8; n++)
 		ways += rising[(block + (n < left ? n : left)) * RBF_LANES - 1] <= target;
-	block += ways < left ? ways : left - 1;
+	block += ways;
+#if defined(__SSE2__)
+	const __m128i some = _mm_loadu_si128((const __m128i *)(const void *)(rising + block * RBF_LANES));
+	const __m128i beyond = _mm_subs_epu16(some, _mm_set1_epi16((short)target)); /* 0: not above */
+	lane = (uint32_t)__builtin_ctz(~(uint32_t)_mm_movemask_epi8(_mm_cmpeq_epi16(beyond, _mm_setzero_si128())) | 0x4000) / 2;
+#else
 	for (uint32_t n = 0; n < RBF_LANES - 1; n++)
 		lane += rising[block * RBF_LANES + n] <= target;
+#endif
 	return block * RBF_LANES + lane;
 }
 
@@ -146,12 +153,13 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
 			const float each = site->weight[k] * site->fan[f].gain[k] * RBF_DRAW_TOTAL;
 			const float of[3] = {each * set->unit[0], each * set->unit[1] * sampler->excess[k], each * set->unit[2] * site->fan[f].sine[k]};
 			for (uint32_t t = 0; t < tables; t++) {
-				sampler->part[parts] = (struct rbf_sampler_part){set, (uint8_t)k, (uint8_t)f, (uint8_t)t};
-				sampler->running[parts] = (double)(total + of[t]);
-				if (!(of[t] > 0) || !set->blocks) /* the next one takes its place */
-					continue;
-				total += of[t];
-				parts++;
+				const float sum = total + of[t];
+				const double share = (double)sum - (double)total;
+				sampler->part[parts] = (struct rbf_sampler_part){set, RBF_DRAW_TOTAL / share, (uint8_t)k, (uint8_t)f, (uint8_t)t};
+				sampler->running[parts] = (double)sum;
+				const int some = (share > 0) & (set->blocks > 0); /* else the next one takes its place */
+				total = some ? sum : total;
+				parts += (uint32_t)some;
 			}
 		}
 	}
@@ -205,17 +213,16 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 		const rbf_fan *fan = &site->fan[frame];
 		/* the lobe */
 		const uint16_t *running = c->draws + part->table * lanes + (size_t)part->set->first * RBF_LANES;
-		const double below = p ? sampler->running[p - 1] : 0, units = RBF_DRAW_TOTAL * (pick - below) / (sampler->running[p] - below);
+		const double below = p ? sampler->running[p - 1] : 0, units = part->scale * (pick - below);
 		const uint32_t low = first_above(running, part->set->blocks, (uint32_t)units), step = share_at(running, low);
 		const uint32_t block = part->set->first + low / RBF_LANES, lane = low % RBF_LANES;
 		const float kappa = c->block[block].k[lane];
 		if (!(kappa > 0))
 			continue;
-		float centre[3], drawn[3], folded[3], share, keep, gap = 0;
-		double a, b;
+		float centre[3], drawn[3], folded[3], share, keep, gap = 0, a, b;
 		rbf_site_centre(site, k, block, lane, centre);
-		const double far = kappa > RBF_LOBE_SHARP ? 0 : exp(-2 * (double)kappa);
-		const bounds bound = bounds_at(c, part, fan->sine[k], low, (float)(2 * RBF_PI * (1 - far)) / kappa);
+		const float far = kappa > RBF_LOBE_SHARP ? 0 : rbf_exp_negative(-2 * kappa);
+		const bounds bound = bounds_at(c, part, fan->sine[k], low, (float)(2 * RBF_PI) * (1 - far) / kappa);
 		keep = bound.mass / (bound.whole * fan->gain[k]);
 		if (part->table == RBF_DRAW_BAND) {
 			gap = rbf_max(rbf_lobe_gap(c->block[block].z[lane], kappa, part->set->band), rbf_lobe_gap(centre[2], kappa, sampler->band[frame]));
@@ -224,11 +231,8 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 				continue;
 			keep *= rbf_max(some, 1.f) / sampler->excess[k];
 		}
-		if (attempt)
-			a = rbf_uniform(&state), b = rbf_uniform(&state);
-		else
-			rbf_split_number(step ? clamped((units - (running[low] - (double)step)) / step) : .5, &a, &b);
-		draw(centre, (double)kappa, far, (double)gap, a, b, drawn);
+		rbf_split_number(attempt ? rbf_uniform(&state) : step ? clamped((units - (running[low] - (double)step)) / step) : .5, &a, &b);
+		draw(centre, kappa, far, gap, a, b, drawn);
 		if (part->table == RBF_DRAW_BAND && drawn[2] >= rbf_min(sampler->band[frame], part->set->band))
 			continue;
 		keep *= carry(site, k, frame, sampler->clear[frame], drawn, folded, &share);

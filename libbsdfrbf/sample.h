@@ -11,9 +11,10 @@ typedef struct rbf_sampler {
 	float clear[RBF_MAX_FRAMES];       /* z of exitant directions from which on no corner of a frame takes over from another */
 	float band[RBF_MAX_FRAMES];        /* the same of directions at the corners */
 	float excess[3];                   /* by how much the share of a corner can be above 1 */
-	double running[3 * RBF_SITE_JOBS]; /* sum of the parts' bounds */
+	double running[3 * RBF_SITE_JOBS]; /* sum of the parts' bounds; of floats, so that differences are exact */
 	struct rbf_sampler_part {
 		const rbf_set *set;
+		double scale;          /* units of its table in what `running` counts */
 		uint8_t corner, frame, table;
 	} part[3 * RBF_SITE_JOBS];
 } rbf_sampler;
@@ -24,23 +25,17 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
  * luminance of DSF without the Lambertian part. Returns 1, or 0 if there is nothing to draw. */
 int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3]);
 
-/* The even bits of x, moved together. */
-static inline uint64_t rbf_even_bits(uint64_t x)
+/* One number of [0, 1) into two of (0, 1), by its odd and even bits, 16 of each: what was stratified stays so in both. */
+static inline void rbf_split_number(double u, float *a, float *b)
 {
-	x &= 0x5555555555555555u;
+	const uint64_t bits = (uint64_t)(u * 0x1p32);
+	uint64_t x = (bits & 0x55555555u) | (bits >> 1 & 0x55555555u) << 32; /* even ones below, odd ones above; each moved together: */
 	x = (x | x >> 1) & 0x3333333333333333u;
 	x = (x | x >> 2) & 0x0f0f0f0f0f0f0f0fu;
 	x = (x | x >> 4) & 0x00ff00ff00ff00ffu;
 	x = (x | x >> 8) & 0x0000ffff0000ffffu;
-	return (x | x >> 16) & 0xffffffffu;
-}
-
-/* One number of [0, 1) into two, by its odd and even bits: what was stratified stays so in both. */
-static inline void rbf_split_number(double u, double *a, double *b)
-{
-	const uint64_t bits = (uint64_t)(u * 0x1p40);
-	*a = ((double)rbf_even_bits(bits) + .5) * 0x1p-20;
-	*b = ((double)rbf_even_bits(bits >> 1) + .5) * 0x1p-20;
+	*a = ((float)(int32_t)(uint32_t)x + .5f) * 0x1p-16f;
+	*b = ((float)(int32_t)(x >> 32) + .5f) * 0x1p-16f;
 }
 
 /* A number of [0, 1) from a state that any number may start. SplitMix64: Steele et al., Fast splittable pseudorandom number generators,
