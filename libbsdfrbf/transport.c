@@ -68,7 +68,7 @@ static void detach(node *nodes, uint32_t child)
  * number of edges makes a good block), or edge_count if there is none: optimal. */
 static size_t price(network *w)
 {
-	const size_t count = w->edge_count, block = (size_t)sqrt((double)count) + 64;
+	const size_t count = w->edge_count, block = (size_t)sqrt((double)count) + 16;
 	const int64_t *potential = w->potential;
 	size_t best = count, i = w->cursor;
 	int64_t lowest = 0;
@@ -248,21 +248,33 @@ static void sort_roughly(const edge *edges, size_t count, int64_t cap, uint32_t 
 		order[first[edges[k].cost / width]++] = (uint32_t)k;
 }
 
-static int by_pair(const void *a, const void *b)
+/* Sorts moves by source, then target, into `to`: by counting targets first, then sources. What is in `from` is lost. start: room for
+ * max(n, m) + 1. */
+static void sort_moves(size_t count, rbf_move *from, rbf_move *to, size_t n, size_t m, uint32_t *start)
 {
-	const rbf_move *x = a, *y = b;
-	if (x->source != y->source)
-		return x->source < y->source ? -1 : 1;
-	return x->target < y->target ? -1 : x->target > y->target;
+	for (int by_source = 0; by_source < 2; by_source++) {
+		const rbf_move *in = by_source ? to : from;
+		rbf_move *out = by_source ? from : to;
+		const size_t keys = by_source ? n : m;
+		memset(start, 0, (keys + 1) * sizeof *start);
+		for (size_t k = 0; k < count; k++)
+			start[1 + (by_source ? in[k].source : in[k].target)]++;
+		for (size_t k = 0; k < keys; k++)
+			start[k + 1] += start[k];
+		for (size_t k = 0; k < count; k++)
+			out[start[by_source ? in[k].source : in[k].target]++] = in[k];
+	}
+	memcpy(to, from, count * sizeof *to);
 }
 
 /* Duals, with u . supply + v . demand as the answer. The tree bounds those of its own nodes; making first every v and then every u
  * as large as the others allow serves the entries without mass too and keeps all pairs feasible. */
 static double duals(const network *w, size_t n, const double *supply, double supply_total, size_t m, const double *demand,
-	double demand_total, size_t arcs, const rbf_arc *arc, double cap, double unit, int64_t *u, int64_t *v,
+	double demand_total, size_t arcs, const rbf_arc *arc, double cap, double units, int64_t *u, int64_t *v,
 	double *dual_u, double *dual_v)
 {
-	const int64_t cap_units = (int64_t)(cap / unit);
+	const int64_t cap_units = (int64_t)(cap * units);
+	const double unit = 1 / units;
 	int64_t highest = INT64_MIN;
 	for (size_t i = 0; i < n; i++) {
 		u[i] = w->nodes[i].parent == NONE ? INT64_MIN : -w->potential[i];
@@ -273,7 +285,7 @@ static double duals(const network *w, size_t n, const double *supply, double sup
 		v[j] = cap_units - highest;
 	for (size_t k = 0; k < arcs; k++)
 		if (arc[k].cost < cap && u[arc[k].source] != INT64_MIN) {
-			const int64_t most = (int64_t)(arc[k].cost / unit) - u[arc[k].source];
+			const int64_t most = (int64_t)(arc[k].cost * units) - u[arc[k].source];
 			if (most < v[arc[k].target])
 				v[arc[k].target] = most;
 		}
@@ -285,7 +297,7 @@ static double duals(const network *w, size_t n, const double *supply, double sup
 		u[i] = cap_units - highest;
 	for (size_t k = 0; k < arcs; k++)
 		if (arc[k].cost < cap) {
-			const int64_t most = (int64_t)(arc[k].cost / unit) - v[arc[k].target];
+			const int64_t most = (int64_t)(arc[k].cost * units) - v[arc[k].target];
 			if (most < u[arc[k].source])
 				u[arc[k].source] = most;
 		}
@@ -317,16 +329,17 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 	if (n >= NONE / 4 || m >= NONE / 4 || arcs >= NONE)
 		return -1;
 
-	const double unit = cap > 0 ? cap / COST_UNITS : 1;
+	const double units = cap > 0 ? COST_UNITS / cap : 1; /* of cost */
 	const uint32_t hub = (uint32_t)(n + m);
 	int result = -1;
 	network w = {.nodes = malloc((n + m + 1) * sizeof *w.nodes), .edges = malloc((n + m + arcs) * sizeof *w.edges),
 		.potential = malloc((n + m + 1) * sizeof *w.potential)};
-	uint32_t *const origin = malloc((arcs + 1) * sizeof *origin), *const order = malloc((arcs + 1) * sizeof *order);
+	uint32_t *const origin = malloc((arcs + 1) * sizeof *origin), *const order = malloc((arcs + n + m + 1) * sizeof *order);
+	rbf_move *const plan = malloc((n + m + 1) * sizeof *plan); /* no more than the tree has arcs */
 	int64_t *const dual = malloc((n + m) * sizeof *dual);
-	if (!w.nodes || !w.edges || !w.potential || !origin || !order || !dual)
+	if (!w.nodes || !w.edges || !w.potential || !origin || !order || !plan || !dual)
 		goto done;
-	const int64_t cap_units = (int64_t)(cap / unit);
+	const int64_t cap_units = (int64_t)(cap * units);
 	set_masses(w.nodes, n, supply, supply_total, 1);
 	set_masses(w.nodes + n, m, demand, demand_total, 0);
 
@@ -335,7 +348,7 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 	for (size_t k = 0; k < arcs; k++) {
 		const uint32_t from = arc[k].source, to = (uint32_t)n + arc[k].target;
 		if (arc[k].cost < cap && w.nodes[from].depth && w.nodes[to].depth) {
-			w.edges[pairs] = (edge){from, to, (int64_t)(arc[k].cost / unit)};
+			w.edges[pairs] = (edge){from, to, (int64_t)(arc[k].cost * units)};
 			origin[pairs++] = (uint32_t)k;
 		}
 	}
@@ -356,19 +369,21 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 		const double mass = (double)w.nodes[i].flow / MASS_UNITS;
 		if (w.nodes[i].arc < pairs) {
 			const rbf_arc *a = &arc[origin[w.nodes[i].arc]];
-			moves[moved++] = (rbf_move){a->source, a->target, mass};
+			plan[moved++] = (rbf_move){a->source, a->target, mass};
 			sum += mass * a->cost;
 		} else if (!w.nodes[i].up) {
 			sum += mass * cap;
 		}
 	}
-	qsort(moves, moved, sizeof *moves, by_pair);
+	sort_moves(moved, plan, moves, n, m, order);
 	*count = moved;
 	*cost = sum;
-	const double lower = duals(&w, n, supply, supply_total, m, demand, demand_total, arcs, arc, cap, unit,
-		dual, dual + n, dual_u, dual_v);
-	if (gap)
-		*gap = sum - lower;
+	if (dual_u || dual_v || gap) {
+		const double lower = duals(&w, n, supply, supply_total, m, demand, demand_total, arcs, arc, cap, units,
+			dual, dual + n, dual_u, dual_v);
+		if (gap)
+			*gap = sum - lower;
+	}
 	result = 0;
 done:
 	free(w.nodes);
@@ -376,6 +391,7 @@ done:
 	free(w.potential);
 	free(origin);
 	free(order);
+	free(plan);
 	free(dual);
 	return result;
 }
