@@ -22,9 +22,9 @@ typedef struct quad_cell {
 typedef struct quadrature {
 	density *f;
 	void *user;
-	int channels;
+	int channels, start;
 	size_t cells, room;
-	quad_cell *cell;     /* the first START^2 are the roots */
+	quad_cell *cell;     /* the first start^2 are the roots */
 	double total[3];
 } quadrature;
 
@@ -115,24 +115,65 @@ static inline void quadrature_refine(quadrature *q, int32_t at, double tolerance
 	memcpy(q->cell[at].value, sum, sizeof sum);
 }
 
-/* Refines until no cell's error estimate exceeds `tolerance` of the whole. */
-static inline quadrature quadrature_make(density *f, void *user, int channels, double tolerance)
+/* Refines until no cell's error estimate exceeds `tolerance` of the whole. start: cells a side to begin with. */
+static inline quadrature quadrature_from(density *f, void *user, int channels, double tolerance, int start)
 {
-	quadrature q = {.f = f, .user = user, .channels = channels, .room = 4096};
+	quadrature q = {.f = f, .user = user, .channels = channels, .start = start, .room = 16 * (size_t)(start * start)};
 	double coarse = 0;
 	q.cell = malloc(q.room * sizeof *q.cell);
 	assert_non_null(q.cell);
-	for (int j = 0; j < QUADRATURE_START; j++)
-		for (int i = 0; i < QUADRATURE_START; i++) {
+	for (int j = 0; j < start; j++)
+		for (int i = 0; i < start; i++) {
 			quad_cell *c = &q.cell[q.cells++];
-			*c = (quad_cell){.x = (double)i / QUADRATURE_START, .y = (double)j / QUADRATURE_START, .size = 1. / QUADRATURE_START};
+			*c = (quad_cell){.x = (double)i / start, .y = (double)j / start, .size = 1. / start};
 			quadrature_cell(&q, c);
 			coarse += c->value[channels == 3];
 		}
-	for (int32_t n = 0; n < QUADRATURE_START * QUADRATURE_START; n++) {
+	for (int32_t n = 0; n < start * start; n++) {
 		quadrature_refine(&q, n, tolerance * coarse);
 		for (int m = 0; m < channels; m++)
 			q.total[m] += q.cell[n].value[m];
+	}
+	return q;
+}
+
+static inline quadrature quadrature_make(density *f, void *user, int channels, double tolerance)
+{
+	return quadrature_from(f, user, channels, tolerance, QUADRATURE_START);
+}
+
+/* How far two are apart in each of 8 x 8 blocks, added up, as a part of the whole. Both start with a multiple of 8. */
+static inline double quadrature_apart(const quadrature *a, const quadrature *b)
+{
+	enum { BLOCKS = 8 };
+	const quadrature *both[2] = {a, b};
+	const int y = a->channels == 3;
+	double sum[BLOCKS * BLOCKS] = {0}, apart = 0;
+	for (int k = 0; k < 2; k++) {
+		const int start = both[k]->start, side = start / BLOCKS;
+		for (int n = 0; n < start * start; n++)
+			sum[n / start / side * BLOCKS + n % start / side] += (k ? -1 : 1) * both[k]->cell[n].value[y];
+	}
+	for (int n = 0; n < BLOCKS * BLOCKS; n++)
+		apart += fabs(sum[n]);
+	return b->total[y] > 0 ? apart / b->total[y] : apart;
+}
+
+/* Cells whose points all lie beside a narrow lobe see nothing to refine for, and small errors of many cells add up. One quadrature is no
+ * truth, therefore, until the next, from finer cells whose points are others, finds the same light in the same places; from the third
+ * on tolerances are finer too. *apart: by how much the two last ones differ; above `most`: no two agree. */
+static inline quadrature quadrature_agreed(density *f, void *user, int channels, double tolerance, double most, double *apart)
+{
+	static const int start[] = {QUADRATURE_START, 24, 32, 48, 64, 96};
+	quadrature q = quadrature_make(f, user, channels, tolerance);
+	*apart = INFINITY;
+	for (size_t n = 1; n < sizeof start / sizeof *start && !(*apart <= most); n++) {
+		if (n > 1)
+			tolerance /= 4;
+		quadrature next = quadrature_from(f, user, channels, tolerance, start[n]);
+		*apart = quadrature_apart(&q, &next);
+		free(q.cell);
+		q = next;
 	}
 	return q;
 }
@@ -142,7 +183,7 @@ static inline int32_t quadrature_find(const quadrature *q, const float d[3])
 {
 	double x, y;
 	quadrature_square(d, &x, &y);
-	int32_t at = (int32_t)(y * QUADRATURE_START) * QUADRATURE_START + (int32_t)(x * QUADRATURE_START);
+	int32_t at = (int32_t)(y * q->start) * q->start + (int32_t)(x * q->start);
 	while (q->cell[at].child >= 0) {
 		const quad_cell *c = &q->cell[at];
 		at = c->child + (x >= c->x + c->size / 2) + 2 * (y >= c->y + c->size / 2);
@@ -158,7 +199,7 @@ static inline int quadrature_bins(const quadrature *q, double share, int *bin, d
 	int bins = 0;
 	double sum = 0;
 	int32_t stack[4 * QUADRATURE_DEPTH + 8];
-	for (int32_t root = 0; root < QUADRATURE_START * QUADRATURE_START; root++) {
+	for (int32_t root = 0; root < q->start * q->start; root++) {
 		int top = 0;
 		stack[top++] = root;
 		while (top) {

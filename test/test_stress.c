@@ -21,7 +21,8 @@
 
 enum { QUERIES = 40, SAMPLES = 6000 };
 enum { RING = 720 };
-static const double SIGNIFICANCE = 1e-4, JUMP = .1, SEEN = 1e-3;
+static const double SIGNIFICANCE = 1e-4, JUMP = .1, SEEN = 1e-3, APART = 3e-3;
+static const double WEIGHT_ROUNDING = 5e-7; /* rad: as ROUNDING of mesh_locate.c */
 static const char *const scheme_name[] = {"scattered", "clustered", "collinear", "grazing", "slivers", "rings", "few"};
 enum { SCHEMES = sizeof scheme_name / sizeof *scheme_name };
 
@@ -36,6 +37,7 @@ typedef struct subject {
 static uint64_t seed = 1;
 static int models = 18, first;
 static long tried, meshless, values, failures, lost;
+static double apart_worst;
 
 static double unit(void)
 {
@@ -354,9 +356,95 @@ static double dsf(const subject *s, const float in[3], const float out[3])
 	return (double)(value[0] * out[2]);
 }
 
-/* Across an edge or a vertex, down to the last bits of the directions: the largest step left, relative to what is within .001
- * degrees. Slopes of thin triangles and towards dark vertices are steep, and end in steps that are small beside the whole rise; a
- * jump does not. */
+/* The same with the weights worked out in double, in the element that was found. Each is a sum of three products: in a triangle 2e-4 rad
+ * wide float gets them wrong by 2e-4, which at a dark vertex, beside one 1e7 times as bright, is nearly all of its light and changes
+ * with the last bit of the direction. Only this arithmetic is replaced: neither the choice of the element nor anything outside the mesh,
+ * nor weights that are off by more than rounding. */
+static double dsf_exact(const subject *s, const float in[3], const float out[3])
+{
+	const rbf_mesh *mesh = &s->c->mesh;
+	const double f = dsf(s, in, out);
+	rbf_query q;
+	rbf_site site;
+	uint32_t corner[3];
+	float weight[3], folded[3], value[3], rise = 0;
+	double w[3], sum = 0, clipped = 0;
+	if (!rbf_query_pair(s->model, in, out, &q) || q.component != s->c || q.swapped)
+		return f;
+	rbf_site_turn(s->c, q.incident, &site);
+	rbf_site_fold(&site, q.exitant, folded);
+	const uint32_t item = rbf_mesh_locate(mesh, site.incident, corner, weight);
+	if (item & RBF_MESH_BORDER)
+		return f;
+	const float incident[3] = {site.incident[0], site.incident[1], site.incident[2]};
+	for (int k = 0; k < 3; k++) {
+		const float *b = mesh->vertex[corner[(k + 1) % 3]].direction, *c = mesh->vertex[corner[(k + 2) % 3]].direction;
+		double d[3], x[3], y[3]; /* differences, which are exact */
+		for (int n = 0; n < 3; n++) {
+			d[n] = (double)incident[n];
+			x[n] = (double)b[n] - d[n];
+			y[n] = (double)c[n] - d[n];
+		}
+		w[k] = d[0] * (x[1]*y[2] - x[2]*y[1]) + d[1] * (x[2]*y[0] - x[0]*y[2]) + d[2] * (x[0]*y[1] - x[1]*y[0]);
+		sum += w[k];
+		rise = fmaxf(rise, sqrtf(rbf_dot(mesh->element[item].inverse[k], mesh->element[item].inverse[k])));
+	}
+	for (int k = 0; k < 3; k++) {
+		w[k] = fmax(w[k] / sum, 0);
+		clipped += w[k];
+	}
+	rbf_site_place(s->c, item, weight, incident, &site);
+	rbf_site_eval(&site, folded, value);
+	if ((double)(value[0] * out[2]) != f)
+		return f; /* not how the library came by it */
+	for (int k = 0; k < 3; k++) {
+		w[k] /= clipped;
+		if (!(fabs(w[k] - (double)weight[k]) <= WEIGHT_ROUNDING * (double)rise))
+			return f;
+		weight[k] = (float)w[k];
+	}
+	rbf_site_place(s->c, item, weight, incident, &site);
+	rbf_site_eval(&site, folded, value);
+	return (double)(value[0] * out[2]);
+}
+
+/* Down to the last bits of the directions: the largest step left of what `of` says, relative to what is within .001 degrees. Slopes of
+ * thin triangles and towards dark vertices are steep, and end in steps that are small beside the whole rise; a jump does not. */
+static double step(const subject *s, const double middle[3], const double across[3], const float out[3], double peak,
+	double of(const subject *s, const float in[3], const float out[3]))
+{
+	double low = -1, high = 1, f[3];
+	float at[3];
+	crossing(middle, across, low, at);
+	f[0] = of(s, at, out);
+	crossing(middle, across, high, at);
+	f[2] = of(s, at, out);
+	while (high - low > .004) { /* 8e-8 */
+		const double half = (low + high) / 2;
+		crossing(middle, across, half, at);
+		f[1] = of(s, at, out);
+		if (fabs(f[1] - f[0]) > fabs(f[2] - f[1])) {
+			high = half;
+			f[2] = f[1];
+		} else {
+			low = half;
+			f[0] = f[1];
+		}
+	}
+	double most = fmax(f[0], f[2]) + .1 * peak + 1e-30;
+	for (int k = 0; k < RING && fabs(f[2] - f[0]) > JUMP * most; k++) {
+		const double phi = 2 * RBF_PI * k / RING, along[3] = {across[1]*middle[2] - across[2]*middle[1],
+			across[2]*middle[0] - across[0]*middle[2], across[0]*middle[1] - across[1]*middle[0]};
+		double turned[3];
+		for (int i = 0; i < 3; i++)
+			turned[i] = cos(phi) * across[i] + sin(phi) * along[i];
+		crossing(middle, turned, 1, at);
+		most = fmax(most, of(s, at, out));
+	}
+	return fabs(f[2] - f[0]) / most;
+}
+
+/* Across an edge or a vertex. */
 static void check_continuity(const subject *s, double *worst)
 {
 	const rbf_mesh *mesh = &s->c->mesh;
@@ -384,35 +472,10 @@ static void check_continuity(const subject *s, double *worst)
 		exitant_of(s, in, 3 * n, out);
 		if (!(out[2] > .02f))
 			continue;
-		double low = -1, high = 1, f[3];
-		float at[3];
-		crossing(middle, across, low, at);
-		f[0] = dsf(s, at, out);
-		crossing(middle, across, high, at);
-		f[2] = dsf(s, at, out);
-		while (high - low > .004) { /* 8e-8 */
-			const double half = (low + high) / 2;
-			crossing(middle, across, half, at);
-			f[1] = dsf(s, at, out);
-			if (fabs(f[1] - f[0]) > fabs(f[2] - f[1])) {
-				high = half;
-				f[2] = f[1];
-			} else {
-				low = half;
-				f[0] = f[1];
-			}
-		}
-		double most = fmax(f[0], f[2]) + .1 * peak + 1e-30;
-		for (int k = 0; k < RING && fabs(f[2] - f[0]) > JUMP * most; k++) {
-			const double phi = 2 * RBF_PI * k / RING, along[3] = {across[1]*middle[2] - across[2]*middle[1],
-				across[2]*middle[0] - across[0]*middle[2], across[0]*middle[1] - across[1]*middle[0]};
-			double turned[3];
-			for (int i = 0; i < 3; i++)
-				turned[i] = cos(phi) * across[i] + sin(phi) * along[i];
-			crossing(middle, turned, 1, at);
-			most = fmax(most, dsf(s, at, out));
-		}
-		*worst = fmax(*worst, fabs(f[2] - f[0]) / most);
+		double jump = step(s, middle, across, out, peak, dsf);
+		if (!(jump < JUMP)) /* a jump of f, or of float? Looked for anew: the one must not hide the other */
+			jump = fmin(jump, step(s, middle, across, out, peak, dsf_exact));
+		*worst = fmax(*worst, jump);
 	}
 }
 
@@ -431,8 +494,12 @@ static void check_energy(const subject *s, double *table_error, double *lobe_err
 	rbf_site_locate(s->c, q.incident, &site);
 	rbf_site_dhr(&site, lobes);
 	bsdfrbf_dhr_scatter(q.model, q.incident, 0, table);
-	quadrature cells = quadrature_make(scattered, &q, bsdfrbf_channels(q.model), 2e-5);
+	double apart;
+	quadrature cells = quadrature_agreed(scattered, &q, bsdfrbf_channels(q.model), 2e-5, APART, &apart);
 	const double truth = cells.total[y];
+	if (!(apart <= APART))
+		failed(s, "no two quadratures agree: %.2g apart, DHR %.3g, z %.3g", apart, truth, (double)q.incident[2]);
+	apart_worst = fmax(apart_worst, apart);
 	double sent = 0;
 	for (uint32_t k = 0; k < site.corners; k++)
 		for (uint32_t f = 0; f < s->c->frames; f++)
@@ -504,8 +571,9 @@ static void stress(void **state)
 		bsdfrbf_close(s.model);
 	}
 	print_message("%ld models (%ld plans have no mesh), %ld values; float against double at most %.2g, jump across edges at most %.2g; "
-		"%d incidences: DHR over the lobes off by at most %.2g, from the table %.2g on average, above .05 %d times; samples: chi-square of each; %ld more send nearly all below the horizon\n", tried,
-		meshless, values, precision, jump, energies, lobe_worst, table_sum / energies, table_beyond, lost);
+		"%d incidences: two quadratures at most %.2g apart, DHR over the lobes off by at most %.2g, from the table %.2g on average, above .05 "
+		"%d times; samples: chi-square of each; %ld more send nearly all below the horizon\n", tried, meshless, values, precision, jump,
+		energies, apart_worst, lobe_worst, table_sum / energies, table_beyond, lost);
 	assert_int_equal(failures, 0);
 	assert_true(table_sum / energies < .02);
 }
