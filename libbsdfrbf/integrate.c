@@ -14,7 +14,7 @@ enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128, LANES = 8, SHARES = 32 };
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
 static const float POINTS_INSIDE = 900, POINTS_HORIZON = 8000;
 static const float CLEAR = .0108f; /* rad above the horizon, where nothing is lost */
-static const double TAIL = .03;    /* of the light */
+static const double LITTLE = .3;  /* of the light */
 static const float FAINT = 16;     /* a kappa above it leaves nothing at the other end of the sphere */
 
 /* Directions of a golden spiral, in double length: a lobe starts where it likes. */
@@ -261,7 +261,8 @@ static float add_up(const rbf_site *site, int finer, double value[3])
 
 void rbf_site_dhr(const rbf_site *site, double value[3])
 {
-	const float sent = add_up(site, 1, value);
-	if (value[rbf_luminance(site->component->channels)] < TAIL * (double)sent) /* that of tails alone */
-		add_up(site, SHARES, value);
+	const double sent = (double)add_up(site, 1, value), arrives = value[rbf_luminance(site->component->channels)];
+	/* points go where light is sent; where little of it arrives, their error is large beside that */
+	if (arrives < LITTLE * sent)
+		add_up(site, arrives > sent / SHARES ? (int)(sent / arrives) : SHARES, value);
 }
