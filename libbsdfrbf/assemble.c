@@ -145,8 +145,8 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 	}
 	radius = radius * 1.02f + reach;
 	float smallest = INFINITY;
-	const rbf_kernel_lobes luminance = {c->block, c->amplitude + (size_t)y * c->blocks, 0, 1};
-	rbf_kernel_job job = {.weight = 1, .first = set->first, .blocks = set->blocks, .mask = ~(uint64_t)0};
+	const rbf_kernel_lobes luminance = {c->block, c->amplitude + (size_t)y * c->blocks, 0, 1, group <= 1};
+	rbf_kernel_job job = {.weight = 1, .first = set->first, .blocks = set->blocks, .mask = rbf_cull_all(set->blocks)};
 	for (int n = 0; n < 9; n++) {
 		float value[3];
 		memcpy(job.direction, corner[n], sizeof job.direction);

@@ -37,6 +37,13 @@ static inline uint32_t rbf_cull_group(uint32_t blocks)
 	return (blocks + RBF_CULL_BITS - 1) / RBF_CULL_BITS;
 }
 
+/* The mask of all groups of as many blocks. */
+static inline uint64_t rbf_cull_all(uint32_t blocks)
+{
+	const uint32_t groups = blocks <= RBF_CULL_BITS ? blocks : (blocks + rbf_cull_group(blocks) - 1) / rbf_cull_group(blocks);
+	return groups < RBF_CULL_BITS ? ((uint64_t)1 << groups) - 1 : ~(uint64_t)0;
+}
+
 /* A mask that is still to be read. */
 typedef struct rbf_cull_mask {
 	const char *at;

@@ -45,6 +45,10 @@ void rbf_kernel_reference(const rbf_kernel_job *job, uint32_t jobs, const rbf_ke
 void rbf_kernel_sum(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3])
 {
 #if defined(__x86_64__)
+	if (rbf_kernel_has_avx512()) {
+		rbf_kernel_avx512(job, jobs, of, sum);
+		return;
+	}
 	if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
 		rbf_kernel_avx2(job, jobs, of, sum);
 		return;

@@ -16,7 +16,7 @@ typedef struct rbf_motion {
 typedef struct rbf_kernel_job {
 	float direction[3];
 	float weight;                   /* of this set's sum */
-	uint64_t mask;                  /* bit g: group g of rbf_cull_group(blocks) blocks is summed */
+	uint64_t mask;                  /* bit g: group g of rbf_cull_group(blocks) blocks is summed; none but rbf_cull_all(blocks) */
 	uint32_t first, blocks;
 	const rbf_motion *motion;       /* NULL: none */
 	uint32_t start;                 /* of the set in the arrays of shifts */
@@ -28,6 +28,7 @@ typedef struct rbf_kernel_lobes {
 	const rbf_amplitude *amplitude; /* of the first channel */
 	size_t stride;                  /* from one channel's amplitudes to the next one's */
 	uint32_t channels;              /* 1, 3 or RBF_KERNEL_WIDTH */
+	int plain;                      /* 1: no job has more than RBF_CULL_BITS blocks, or motion */
 } rbf_kernel_lobes;
 
 /* Energy of a lobe of amplitude 1 over the whole sphere, sr. */
@@ -45,4 +46,15 @@ void rbf_kernel_reference(const rbf_kernel_job *job, uint32_t jobs, const rbf_ke
 /* Compiled from kernel_template.h for each instruction set; chosen by rbf_kernel_sum(). */
 void rbf_kernel_generic(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3]);
 void rbf_kernel_avx2(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3]);
+
+/* Whether this machine has it, and does not slow down for it (Ice Lake, Zen 4 and later: they have VBMI2). */
+static inline int rbf_kernel_has_avx512(void)
+{
+#if defined(__x86_64__)
+	return __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vbmi2");
+#else
+	return 0;
+#endif
+}
+void rbf_kernel_avx512(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3]);
 #endif

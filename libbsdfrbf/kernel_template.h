@@ -88,13 +88,6 @@ static inline __attribute__((always_inline)) vf block_at(const rbf_kernel_job *j
 	return moves ? moved_lobes_at(job, block, b, dx, dy, dz) : lobes_at(block->k, load(block->x), load(block->y), load(block->z), dx, dy, dz);
 }
 
-/* The mask of the groups that there are; of one block each: `single`. */
-static inline __attribute__((always_inline)) uint64_t groups_of(const rbf_kernel_job *job, int single)
-{
-	const uint32_t group = rbf_cull_group(job->blocks), groups = single ? job->blocks : (job->blocks + group - 1) / group;
-	return groups >= 64 ? job->mask : job->mask & (((uint64_t)1 << groups) - 1);
-}
-
 /* Adds block b of a job. `channels` and `moves` are constant. */
 static inline __attribute__((always_inline)) void add_block(const rbf_kernel_job *job, const rbf_kernel_lobes *of, uint32_t b,
 	uint32_t channels, int moves, vf total[3])
@@ -110,39 +103,38 @@ static inline __attribute__((always_inline)) void add_block(const rbf_kernel_job
 	}
 }
 
-/* The common case: groups of one block. All blocks of all jobs in one loop, since how many a job has cannot be foreseen. `channels` and
- * `moving` are constant. */
-static inline __attribute__((always_inline)) void single_blocks(const rbf_kernel_job *job, const rbf_kernel_job *end,
-	const rbf_kernel_lobes *of, uint32_t channels, int moving, vf total[3])
+/* The common case: groups of one block, without motion. All blocks of all jobs in one loop, since how many a job has cannot be foreseen; the
+ * next job's mask is there before it is needed. `channels` is constant. */
+static inline __attribute__((always_inline)) void plain_blocks(const rbf_kernel_job *job, const rbf_kernel_job *end,
+	const rbf_kernel_lobes *of, uint32_t channels, vf total[3])
 {
-	uint64_t mask = groups_of(job, 1);
+	const rbf_kernel_job *const last = end - 1;
+	uint64_t mask = job->mask;
 	while (1) {
 		while (__builtin_expect(!mask, 0)) {
-			if (++job == end)
+			if (job == last)
 				return;
-			mask = groups_of(job, 1);
+			mask = (++job)->mask;
 		}
+		const uint64_t coming = job[job != last].mask;
 		const uint32_t b = (uint32_t)__builtin_ctzll(mask);
-		if (moving && job->motion)
-			add_block(job, of, b, channels, 1, total);
-		else
-			add_block(job, of, b, channels, 0, total);
+		add_block(job, of, b, channels, 0, total);
 		mask &= mask - 1;
-		const int done = mask == 0;
-		job += done;
-		if (job == end)
+		const uint64_t done = mask == 0;
+		if (done & (job == last))
 			return;
-		mask |= done ? groups_of(job, 1) : 0;
+		job += done;
+		mask |= coming & -done;
 	}
 }
 
-/* Any groups. `channels` is constant. */
-static inline __attribute__((always_inline)) void groups_of_blocks(const rbf_kernel_job *job, const rbf_kernel_job *end,
+/* Any groups, with motion or without. `channels` is constant. */
+static inline __attribute__((always_inline)) void any_blocks(const rbf_kernel_job *job, const rbf_kernel_job *end,
 	const rbf_kernel_lobes *of, uint32_t channels, vf total[3])
 {
 	for (; job < end; job++) {
 		const uint32_t group = rbf_cull_group(job->blocks);
-		for (uint64_t mask = groups_of(job, 0); mask; mask &= mask - 1) {
+		for (uint64_t mask = job->mask; mask; mask &= mask - 1) {
 			const uint32_t begin = (uint32_t)__builtin_ctzll(mask) * group, last = job->blocks - begin < group ? job->blocks : begin + group;
 			for (uint32_t b = begin; b < last; b++)
 				if (job->motion)
@@ -157,17 +149,10 @@ static inline __attribute__((always_inline)) void add_jobs(const rbf_kernel_job 
 	uint32_t channels, float sum[3])
 {
 	vf total[3] = {{0}, {0}, {0}};
-	int several = 0, moving = 0;
-	for (const rbf_kernel_job *j = job; j < end; j++) {
-		several |= j->blocks > RBF_CULL_BITS;
-		moving |= j->motion != NULL;
-	}
-	if (several)
-		groups_of_blocks(job, end, of, channels, total);
-	else if (moving)
-		single_blocks(job, end, of, channels, 1, total);
+	if (of->plain)
+		plain_blocks(job, end, of, channels, total);
 	else
-		single_blocks(job, end, of, channels, 0, total);
+		any_blocks(job, end, of, channels, total);
 	for (uint32_t c = 0; c < channels; c++)
 		sum[c] = across(total[c]);
 }

@@ -37,12 +37,20 @@ static inline rbf_lanes rbf_lanes_select(rbf_lane_mask m, rbf_lanes a, rbf_lanes
 /* As rbf_min() and rbf_max(). */
 static inline rbf_lanes rbf_lanes_min(rbf_lanes a, rbf_lanes b)
 {
+#if defined(__SSE2__)
+	return (rbf_lanes)_mm_min_ps((__m128)a, (__m128)b);
+#else
 	return rbf_lanes_select(a < b, a, b);
+#endif
 }
 
 static inline rbf_lanes rbf_lanes_max(rbf_lanes a, rbf_lanes b)
 {
+#if defined(__SSE2__)
+	return (rbf_lanes)_mm_max_ps((__m128)a, (__m128)b);
+#else
 	return rbf_lanes_select(a > b, a, b);
+#endif
 }
 
 static inline rbf_lanes rbf_lanes_sqrt(rbf_lanes v)

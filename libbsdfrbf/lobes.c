@@ -42,8 +42,8 @@ void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa)
 
 void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3])
 {
-	const rbf_kernel_job job = {.weight = 1, .blocks = l->blocks, .mask = ~(uint64_t)0, .direction = {direction[0], direction[1], direction[2]}};
-	const rbf_kernel_lobes all = {l->block, l->amplitude, l->blocks, l->channels};
+	const rbf_kernel_job job = {.weight = 1, .blocks = l->blocks, .mask = rbf_cull_all(l->blocks), .direction = {direction[0], direction[1], direction[2]}};
+	const rbf_kernel_lobes all = {l->block, l->amplitude, l->blocks, l->channels, l->blocks <= RBF_CULL_BITS};
 	value[0] = value[1] = value[2] = 0;
 	if (job.blocks)
 		rbf_kernel_sum(&job, 1, &all, value);

@@ -21,30 +21,48 @@ static void unit(uint64_t *seed, float d[3])
 	d[2] = (float)z;
 }
 
+/* Any jobs: of one block or of groups, some of them without a block that is asked for, some that move. */
 static void vectors_agree_with_reference(void **state)
 {
 	(void)state;
+	enum { JOBS = 9 };
 	static rbf_block block[BLOCKS];
 	static rbf_amplitude amplitude[3 * BLOCKS];
 	static rbf_shift shift[2][BLOCKS];
+	static const uint32_t values[3] = {1, 3, RBF_KERNEL_WIDTH};
 	uint64_t seed = 1;
 	for (int round = 0; round < 3000; round++) {
-		rbf_motion motion;
-		rbf_kernel_job job = {.weight = 1, .blocks = 1 + (uint32_t)(random_unit(&seed) * (BLOCKS - 1)), .motion = round % 16 < 4 ? NULL : &motion};
-		const rbf_kernel_lobes of = {block, amplitude, BLOCKS, round % 2 ? 3 : 1};
-		job.mask = round % 3 ? ~(uint64_t)0 : (uint64_t)(random_unit(&seed) * 0x1p63) << 1;
-		unit(&seed, job.direction);
-		for (int n = 0; n < 2; n++) {
-			motion.shift[n] = (round / 4 >> n) % 2 ? shift[n] : NULL;
-			motion.weight[n] = (float)random_unit(&seed) * .5f;
+		const uint32_t jobs = 1 + (uint32_t)(random_unit(&seed) * JOBS), channels = values[round % 3];
+		rbf_kernel_lobes of = {block, amplitude, channels == 3 ? BLOCKS : 0, channels, 1};
+		rbf_kernel_job job[JOBS];
+		rbf_motion motion[JOBS];
+		float seen[3];
+		unit(&seed, seen);
+		for (uint32_t n = 0; n < jobs; n++) {
+			rbf_kernel_job *j = &job[n];
+			const double share = random_unit(&seed);
+			*j = (rbf_kernel_job){.weight = (float)random_unit(&seed), .blocks = 1 + (uint32_t)(random_unit(&seed) * (round % 5 ? 12 : BLOCKS - 1))};
+			j->first = (uint32_t)(random_unit(&seed) * (BLOCKS - j->blocks));
+			j->motion = round % 4 == 3 && n % 2 ? &motion[n] : NULL;
+			for (int bit = 0; bit < 64; bit++)
+				j->mask |= (uint64_t)(random_unit(&seed) < share * share * 2) << bit;
+			j->mask &= rbf_cull_all(j->blocks);
+			of.plain &= !j->motion && j->blocks <= RBF_CULL_BITS;
+			for (int k = 0; k < 3; k++)
+				j->direction[k] = seen[k] + .03f * (float)(random_unit(&seed) - .5);
+			rbf_normalize(j->direction);
+			for (int k = 0; k < 2; k++) {
+				motion[n].shift[k] = (round / 4 >> k) % 2 ? shift[k] : NULL;
+				motion[n].weight[k] = (float)random_unit(&seed) * .5f;
+			}
 		}
-		for (uint32_t b = 0; b < job.blocks; b++)
+		for (uint32_t b = 0; b < BLOCKS; b++)
 			for (int i = 0; i < RBF_LANES; i++) {
 				float c[3], near[3];
 				unit(&seed, c);
 				if (i % 2) /* lobes that matter are near the direction */
 					for (int n = 0; n < 3; n++)
-						c[n] = job.direction[n] + .05f * c[n];
+						c[n] = seen[n] + .05f * c[n];
 				rbf_normalize(c);
 				block[b].x[i] = c[0];
 				block[b].y[i] = c[1];
@@ -60,16 +78,18 @@ static void vectors_agree_with_reference(void **state)
 				}
 			}
 		float expected[3], sum[3];
-		rbf_kernel_reference(&job, 1, &of, expected);
-		void (*const kernel[3])(const rbf_kernel_job *, uint32_t, const rbf_kernel_lobes *, float *) = {rbf_kernel_sum, rbf_kernel_generic,
+		rbf_kernel_reference(job, jobs, &of, expected);
+		void (*const kernel[4])(const rbf_kernel_job *, uint32_t, const rbf_kernel_lobes *, float *) = {rbf_kernel_sum, rbf_kernel_generic,
 #if defined(__x86_64__)
-			__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? rbf_kernel_avx2 :
+			__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? rbf_kernel_avx2 : rbf_kernel_generic,
+#else
+			rbf_kernel_generic,
 #endif
-			rbf_kernel_generic};
-		for (int k = 0; k < 3; k++) {
-			kernel[k](&job, 1, &of, sum);
+			rbf_kernel_has_avx512() ? rbf_kernel_avx512 : rbf_kernel_generic};
+		for (int k = 0; k < 4; k++) {
+			kernel[k](job, jobs, &of, sum);
 			/* a centre is a float: half an ulp of 1 (6e-8) at kappa d = 1e5 x .01 shifts the exponent by 1e-4 */
-			for (uint32_t n = 0; n < of.channels; n++)
+			for (uint32_t n = 0; n < channels; n++)
 				if (!(fabsf(sum[n] - expected[n]) <= 3e-4f * expected[n] + 1e-7f))
 					fail_msg("kernel %d, channel %u: %g, reference %g", k, n, (double)sum[n], (double)expected[n]);
 		}

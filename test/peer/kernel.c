@@ -71,8 +71,8 @@ static void all_lobes(void)
 	rbf_kernel_job job[SETS];
 	float sum[3];
 	for (int s = 0; s < SETS; s++)
-		job[s] = (rbf_kernel_job){.direction = {0, 0, 1}, .weight = 1, .mask = ~(uint64_t)0, .first = s * BLOCKS, .blocks = BLOCKS};
-	rbf_kernel_sum(job, SETS, &(rbf_kernel_lobes){block, amplitude, 0, 1}, sum);
+		job[s] = (rbf_kernel_job){.direction = {0, 0, 1}, .weight = 1, .mask = rbf_cull_all(BLOCKS), .first = s * BLOCKS, .blocks = BLOCKS};
+	rbf_kernel_sum(job, SETS, &(rbf_kernel_lobes){block, amplitude, 0, 1, 1}, sum);
 	sink += sum[0];
 }
 
