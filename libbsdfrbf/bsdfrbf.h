@@ -270,8 +270,9 @@ BSDFRBF_API int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[
 /* Density, sr^-1, with which bsdfrbf_sample() returns `outgoing`. */
 BSDFRBF_API float bsdfrbf_pdf(const bsdfrbf_model *model, const float incident[3], const float outgoing[3]);
 
-/* The same for `count` incident directions (count x 3) with a number u each; outgoing: count x 3. Faster where the same
- * incident direction follows itself. Returns how many were drawn; the others are 0. */
+/* As bsdfrbf_sample() for `count` incident directions (count x 3) with a number u each; outgoing: count x 3. Where the same incident
+ * direction follows itself this is twice as fast, and the directions are the same but for rounding (which, once in ten thousand
+ * samples, decides otherwise whether one is kept). Returns how many were drawn; the others are 0. */
 BSDFRBF_API size_t bsdfrbf_sample_many(const bsdfrbf_model *model, size_t count, const float *incident, int transmit,
 	const double *u, float *outgoing);
 

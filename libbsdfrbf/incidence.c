@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+enum { MANY = 4 }; /* samples that are quicker drawn together */
+
 _Static_assert(sizeof(rbf_incidence) <= sizeof(bsdfrbf_incidence), "the public type has too little room");
 _Static_assert(_Alignof(rbf_incidence) <= _Alignof(bsdfrbf_incidence), "the public type is not aligned");
 
@@ -63,6 +65,14 @@ void rbf_side_dhr(rbf_side *s, float *value)
 	memcpy(value, s->dhr, s->model->channels * sizeof *value);
 }
 
+static const rbf_sampler *sampler_of(rbf_side *s)
+{
+	if (!s->ready)
+		rbf_sampler_set(site_of(s), &s->sampler);
+	s->ready = 1;
+	return &s->sampler;
+}
+
 int rbf_side_sample(rbf_side *s, double u, float outgoing[3])
 {
 	int drawn = 0;
@@ -72,13 +82,26 @@ int rbf_side_sample(rbf_side *s, double u, float outgoing[3])
 	if (s->swapped)
 		drawn = rbf_reciprocal_sample(s->model, s->component, s->local, u, outgoing);
 	else {
-		if (!s->ready)
-			rbf_sampler_set(site_of(s), &s->sampler);
-		s->ready = 1;
-		drawn = rbf_site_sample(&s->site, &s->sampler, u, outgoing);
+		const rbf_sampler *sampler = sampler_of(s);
+		drawn = rbf_site_sample(&s->site, sampler, u, outgoing);
 	}
 	if (s->below)
 		outgoing[2] = -outgoing[2];
+	return drawn;
+}
+
+size_t rbf_side_sample_many(rbf_side *s, size_t count, const double *u, float outgoing[][3])
+{
+	size_t drawn = 0;
+	if (count < MANY || !s->component || s->swapped) {
+		for (size_t i = 0; i < count; i++)
+			drawn += (size_t)rbf_side_sample(s, u[i], outgoing[i]);
+		return drawn;
+	}
+	const rbf_sampler *sampler = sampler_of(s);
+	drawn = rbf_site_sample_many(&s->site, sampler, count, u, outgoing);
+	for (size_t i = 0; i < count && s->below; i++)
+		outgoing[i][2] = -outgoing[i][2];
 	return drawn;
 }
 

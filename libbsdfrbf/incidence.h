@@ -32,6 +32,7 @@ void rbf_side_eval_width(rbf_side *side, const float outgoing[3], float *value);
 /* DHR of the scattered part. */
 void rbf_side_dhr(rbf_side *side, float *value);
 int rbf_side_sample(rbf_side *side, double u, float outgoing[3]);
+size_t rbf_side_sample_many(rbf_side *side, size_t count, const double *u, float outgoing[][3]); /* returns how many were drawn */
 void rbf_side_add_lambertian(const rbf_side *side, float scale, float *value);
 
 typedef struct rbf_incidence {

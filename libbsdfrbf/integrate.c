@@ -4,12 +4,13 @@
  * added up. Points of all lobes of a set are gathered and carried many at a time, in loops without a branch.
  */
 #include "bounds.h"
+#include "carry.h"
 #include "clones.h"
 #include "elementary.h"
 #include "integrate.h"
 #include "sample.h"
 
-enum { BATCH = 256, PAIRS_MOST = 128, TURNS = 128, LANES = 8, SHARES = 32 };
+enum { PAIRS_MOST = 128, TURNS = 128, LANES = RBF_CARRY_STEP, SHARES = 32 };
 
 /* Points go where they count: to lobes with much of the energy, most of all those that reach the horizon. */
 static const float POINTS_INSIDE = 900, POINTS_HORIZON = 8000;
@@ -37,7 +38,7 @@ static void set_spiral(spiral *s)
  * LANES behind its own. */
 typedef struct batch {
 	int count;
-	float p[3][BATCH + LANES], energy[3][BATCH];
+	rbf_carry_row p[3], energy[3];
 } batch;
 
 /* A lobe's axes and what its points' distances follow from. */
@@ -86,77 +87,11 @@ static inline void add_points(const spiral *s, const float centre[3], float kapp
 	b->count += 2 * pairs;
 }
 
-/* What arrives of each point: carry[] gets the factor of the map, and e the direction there. */
-#define CARRY_BACK(name, inverse) \
-	RBF_CLONES static void name(const rbf_warp *warp, const batch *b, float (*restrict e)[BATCH], float *restrict carried) \
-	{ \
-		for (int i = 0; i < BATCH; i++) { \
-			const float p[3] = {b->p[0][i], b->p[1][i], b->p[2][i]}; \
-			float out[3]; \
-			carried[i] = inverse(warp, p, out); \
-			e[0][i] = out[0]; \
-			e[1][i] = out[1]; \
-			e[2][i] = out[2]; \
-		} \
-	}
-CARRY_BACK(carry_back_turn, rbf_turn_inverse)
-CARRY_BACK(carry_back_half, rbf_half_inverse)
-CARRY_BACK(carry_back_shift, rbf_shift_inverse)
-
-/* How valid each point is at a corner (map.h). */
-#define VALIDITY(name, forward) \
-	RBF_CLONES static void name(const rbf_warp *warp, const float (*e)[BATCH], float *restrict valid) \
-	{ \
-		for (int i = 0; i < BATCH; i++) { \
-			const float o[3] = {e[0][i], e[1][i], e[2][i]}; \
-			float out[3]; \
-			forward(warp, o, out); \
-			const float v = rbf_min(rbf_max(out[2] * (1 / RBF_VALID_Z), .01f), 1.f); \
-			valid[i] = v * v; \
-		} \
-	}
-VALIDITY(validity_turn, rbf_turn_forward)
-VALIDITY(validity_half, rbf_half_forward)
-VALIDITY(validity_shift, rbf_shift_forward)
-
-static void carry_back(const rbf_warp *warp, const batch *b, float e[3][BATCH], float carried[BATCH])
-{
-	switch (warp->kind) {
-	case RBF_KIND_TURN: carry_back_turn(warp, b, e, carried); return;
-	case RBF_KIND_HALF: carry_back_half(warp, b, e, carried); return;
-	case RBF_KIND_SHIFT: carry_back_shift(warp, b, e, carried); return;
-	default:
-		for (int n = 0; n < 3; n++)
-			memcpy(e[n], b->p[n], sizeof e[n]);
-		for (int i = 0; i < BATCH; i++)
-			carried[i] = 1;
-	}
-}
-
-static void validity(const rbf_warp *warp, const float e[3][BATCH], float valid[BATCH])
-{
-	switch (warp->kind) {
-	case RBF_KIND_TURN: validity_turn(warp, e, valid); return;
-	case RBF_KIND_HALF: validity_half(warp, e, valid); return;
-	case RBF_KIND_SHIFT: validity_shift(warp, e, valid); return;
-	default:
-		for (int i = 0; i < BATCH; i++)
-			valid[i] = 1;
-	}
-}
-
-RBF_CLONES static void add_weighted(float weight, const float *restrict valid, float *restrict total)
-{
-	for (int i = 0; i < BATCH; i++)
-		total[i] += weight * valid[i];
-}
-
 /* What is left where corners share a direction, and at the horizon. */
-RBF_CLONES static void lessen(const float *restrict own, const float *restrict total, const float *restrict z, float *restrict carried)
+RBF_CLONES static void lessen(const float *restrict share, const float *restrict z, float *restrict carried)
 {
-	for (int i = 0; i < BATCH; i++) {
-		const float share = rbf_min(own[i] / total[i], RBF_VALID_GAIN), height = rbf_min(z[i] * (1 / RBF_HORIZON_Z), 1.f);
-		const float arrives = carried[i] * share * height;
+	for (int i = 0; i < RBF_CARRY; i++) {
+		const float arrives = carried[i] * share[i] * rbf_min(z[i] * (1 / RBF_HORIZON_Z), 1.f);
 		carried[i] = z[i] > 0 ? arrives : 0;
 	}
 }
@@ -165,25 +100,17 @@ RBF_CLONES static void lessen(const float *restrict own, const float *restrict t
 static void deliver(const rbf_site *site, uint32_t k, uint32_t f, int whole, batch *b, double value[3])
 {
 	const uint32_t channels = site->component->channels;
-	float e[3][BATCH], carried[BATCH], own[BATCH], valid[BATCH], total[BATCH] = {0};
+	rbf_carry_row e[3], carried, share;
 	if (!b->count)
 		return;
-	for (int i = b->count; i < BATCH; i++) {
+	for (int i = b->count; i < RBF_CARRY; i++) {
 		b->p[0][i] = b->p[1][i] = 0;
 		b->p[2][i] = 1;
 	}
-	rbf_warp warp;
-	rbf_site_warp(site, k, f, &warp);
-	carry_back(&warp, b, e, carried);
+	rbf_carry_back(site, k, f, RBF_CARRY, (const rbf_carry_row *)b->p, e, carried);
 	if (!whole) {
-		for (uint32_t corner = 0; corner < site->corners; corner++) {
-			rbf_site_warp(site, corner, f, &warp);
-			validity(&warp, (const float (*)[BATCH])e, valid);
-			add_weighted(site->weight[corner], valid, total);
-			if (corner == k)
-				memcpy(own, valid, sizeof own);
-		}
-		lessen(own, total, e[2], carried);
+		rbf_carry_shares(site, k, f, RBF_CARRY, (const rbf_carry_row *)e, share);
+		lessen(share, e[2], carried);
 	}
 	for (uint32_t n = 0; n < channels; n++) {
 		float sum = 0;
@@ -243,7 +170,7 @@ static float add_up(const rbf_site *site, int finer, double value[3])
 				const float wanted = ceilf(part * .5f * (whole ? POINTS_INSIDE : POINTS_HORIZON));
 				const int pairs = wanted < PAIRS_MOST ? wanted > 1 ? (int)wanted : 1 : PAIRS_MOST, shares = finer * (1 + (int)wanted / (PAIRS_MOST + 1));
 				for (int share = 0; share < shares; share++) {
-					if (b->count + 2 * pairs > BATCH)
+					if (b->count + 2 * pairs > RBF_CARRY)
 						deliver(site, k, f, whole, b, value);
 					for (uint32_t n = 0; n < c->channels; n++) {
 						const float each = energy * c->amplitude[(size_t)n * c->blocks + block].a[lane] / (float)(2 * pairs * shares);

@@ -60,10 +60,11 @@ size_t bsdfrbf_sample_many(const bsdfrbf_model *model, size_t count, const float
 {
 	rbf_side s;
 	size_t drawn = 0;
-	for (size_t i = 0; i < count; i++) {
-		if (!same_as_last(incident, i))
-			rbf_side_set(model, incident + 3 * i, transmit, &s);
-		drawn += (size_t)rbf_side_sample(&s, u[i], outgoing + 3 * i);
+	for (size_t from = 0, end; from < count; from = end) {
+		for (end = from + 1; end < count && same_as_last(incident, end); end++)
+			;
+		rbf_side_set(model, incident + 3 * from, transmit, &s);
+		drawn += rbf_side_sample_many(&s, end - from, u + from, (float (*)[3])(outgoing + 3 * from));
 	}
 	return drawn;
 }

@@ -9,6 +9,7 @@
  * horizon can have an excess, and of a lobe that is centred above the band only the tail is drawn for that.
  */
 #include "bounds.h"
+#include "carry.h"
 #include "clones.h"
 #include "elementary.h"
 #include "sample.h"
@@ -191,53 +192,91 @@ static inline bounds bounds_at(const rbf_component *c, const struct rbf_sampler_
 	return b;
 }
 
+/* A lobe, and the numbers by which a direction is drawn from it. */
+typedef struct lobe {
+	float centre[3], kappa, far, gap, a, b;
+	float keep;     /* with this, times factor and share, the direction is kept */
+} lobe;
+
+/* Where in the sum of the parts a number points to. */
+static inline uint32_t part_at(const rbf_sampler *sampler, double pick)
+{
+	uint32_t p = 0;
+	for (uint32_t n = 0; n + 1 < sampler->parts; n++)
+		p += pick >= sampler->running[n]; /* they rise */
+	return p;
+}
+
+/* The lobe of part p that a number points to. state: of random numbers. Returns 0 if none is drawn, at once if `early` (a constant). */
+static inline __attribute__((always_inline)) int choose(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, double pick, int first,
+	int early, uint64_t *state, lobe *l)
+{
+	int taken = 1;
+	const rbf_component *c = site->component;
+	const struct rbf_sampler_part *part = &sampler->part[p];
+	const uint32_t frame = part->frame, k = part->corner;
+	const rbf_fan *fan = &site->fan[frame];
+	const uint16_t *running = c->draws + part->table * (size_t)c->blocks * RBF_LANES + (size_t)part->set->first * RBF_LANES;
+	const double units = part->scale * (pick - (p ? sampler->running[p - 1] : 0));
+	const uint32_t low = first_above(running, part->set->blocks, (uint32_t)units), step = share_at(running, low);
+	const uint32_t block = part->set->first + low / RBF_LANES, lane = low % RBF_LANES;
+	const double rest = !first ? rbf_uniform(state) : step ? clamped((units - (running[low] - (double)step)) / step) : .5;
+	l->kappa = c->block[block].k[lane];
+	if (!(l->kappa > 0))
+		return 0;
+	rbf_site_centre(site, k, block, lane, l->centre);
+	l->far = l->kappa > RBF_LOBE_SHARP ? 0 : rbf_exp_negative(-2 * l->kappa);
+	l->gap = 0;
+	const bounds bound = bounds_at(c, part, fan->sine[k], low, (float)(2 * RBF_PI) * (1 - l->far) / l->kappa);
+	l->keep = bound.mass / (bound.whole * fan->gain[k]);
+	if (part->table == RBF_DRAW_BAND) {
+		l->gap = rbf_max(rbf_lobe_gap(c->block[block].z[lane], l->kappa, part->set->band),
+			rbf_lobe_gap(l->centre[2], l->kappa, sampler->band[frame]));
+		const float some = expf(-l->kappa * l->gap) * bound.whole / bound.band;
+		taken = rbf_uniform(state) < (double)some;
+		if (early && !taken)
+			return 0;
+		l->keep *= rbf_max(some, 1.f) / sampler->excess[k];
+	}
+	rbf_split_number(rest, &l->a, &l->b);
+	return taken;
+}
+
+/* What the band's table stands for of a share, or the others. What is above 1 by rounding is not. */
+static inline float of_share(float share, int band)
+{
+	return band ? share > 1 + 1e-6f ? share - 1 : 0 : rbf_min(share, 1.f);
+}
+
+static inline uint64_t random_state(double u)
+{
+	uint64_t state;
+	memcpy(&state, &u, sizeof state);
+	return state;
+}
+
 RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
 {
-	const rbf_component *c = site->component;
-	const size_t lanes = (size_t)c->blocks * RBF_LANES;
-	const uint32_t last = sampler->parts - 1;
-	const double total = sampler->parts ? sampler->running[last] : 0;
+	const double total = sampler->parts ? sampler->running[sampler->parts - 1] : 0;
 	exitant[0] = exitant[1] = exitant[2] = 0;
 	if (!(total > 0))
 		return 0;
 	u = clamped(u);
-	uint64_t state;
-	memcpy(&state, &u, sizeof state);
+	uint64_t state = random_state(u);
 	for (int attempt = 0; attempt < TRIES; attempt++, u = rbf_uniform(&state)) {
 		const double pick = u * total;
-		uint32_t p = 0;
-		for (uint32_t n = 0; n < last; n++)
-			p += pick >= sampler->running[n]; /* they rise */
+		const uint32_t p = part_at(sampler, pick);
 		const struct rbf_sampler_part *part = &sampler->part[p];
-		const uint32_t frame = part->frame, k = part->corner;
-		const rbf_fan *fan = &site->fan[frame];
-		/* the lobe */
-		const uint16_t *running = c->draws + part->table * lanes + (size_t)part->set->first * RBF_LANES;
-		const double below = p ? sampler->running[p - 1] : 0, units = part->scale * (pick - below);
-		const uint32_t low = first_above(running, part->set->blocks, (uint32_t)units), step = share_at(running, low);
-		const uint32_t block = part->set->first + low / RBF_LANES, lane = low % RBF_LANES;
-		const float kappa = c->block[block].k[lane];
-		if (!(kappa > 0))
+		lobe l;
+		float drawn[3], folded[3], share;
+		if (!choose(site, sampler, p, pick, !attempt, 1, &state, &l))
 			continue;
-		float centre[3], drawn[3], folded[3], share, keep, gap = 0, a, b;
-		rbf_site_centre(site, k, block, lane, centre);
-		const float far = kappa > RBF_LOBE_SHARP ? 0 : rbf_exp_negative(-2 * kappa);
-		const bounds bound = bounds_at(c, part, fan->sine[k], low, (float)(2 * RBF_PI) * (1 - far) / kappa);
-		keep = bound.mass / (bound.whole * fan->gain[k]);
-		if (part->table == RBF_DRAW_BAND) {
-			gap = rbf_max(rbf_lobe_gap(c->block[block].z[lane], kappa, part->set->band), rbf_lobe_gap(centre[2], kappa, sampler->band[frame]));
-			const float some = expf(-kappa * gap) * bound.whole / bound.band;
-			if (some < 1 && rbf_uniform(&state) >= (double)some)
-				continue;
-			keep *= rbf_max(some, 1.f) / sampler->excess[k];
-		}
-		rbf_split_number(attempt ? rbf_uniform(&state) : step ? clamped((units - (running[low] - (double)step)) / step) : .5, &a, &b);
-		draw(centre, kappa, far, gap, a, b, drawn);
-		if (part->table == RBF_DRAW_BAND && drawn[2] >= rbf_min(sampler->band[frame], part->set->band))
+		draw(l.centre, l.kappa, l.far, l.gap, l.a, l.b, drawn);
+		if (part->table == RBF_DRAW_BAND && drawn[2] >= rbf_min(sampler->band[part->frame], part->set->band))
 			continue;
-		keep *= carry(site, k, frame, sampler->clear[frame], drawn, folded, &share);
-		keep *= part->table == RBF_DRAW_BAND ? rbf_max(share - 1, 0.f) : rbf_min(share, 1.f);
-		if (keep >= 1 || (keep > 0 && rbf_uniform(&state) < (double)keep)) {
+		l.keep *= carry(site, part->corner, part->frame, sampler->clear[part->frame], drawn, folded, &share);
+		l.keep *= of_share(share, part->table == RBF_DRAW_BAND);
+		if (l.keep >= 1 || (l.keep > 0 && rbf_uniform(&state) < (double)l.keep)) {
 			rbf_site_unfold(site, folded, exitant);
 			return 1;
 		}
@@ -248,4 +287,155 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
 {
 	return sample(site, sampler, u, exitant);
+}
+
+/* Many samples at one site: those that are still to be drawn are sorted by part, so that what the part makes of them, draw, map and
+ * shares, is the same for all and done for many at once. */
+typedef struct crowd {
+	uint32_t count;
+	uint16_t which[RBF_CARRY];      /* sample */
+	double pick[RBF_CARRY];         /* as for part_at() */
+	uint64_t state[RBF_CARRY];
+} crowd;
+
+/* part_at() of all. */
+RBF_CLONES static void parts_of(const rbf_sampler *sampler, const crowd *c, uint8_t part[RBF_CARRY])
+{
+	int64_t at[RBF_CARRY];
+	for (uint32_t i = 0; i < c->count; i++)
+		at[i] = 0;
+	for (uint32_t n = 0; n + 1 < sampler->parts; n++)
+		for (uint32_t i = 0; i < c->count; i++)
+			at[i] += c->pick[i] >= sampler->running[n];
+	for (uint32_t i = 0; i < c->count; i++)
+		part[i] = (uint8_t)at[i];
+}
+
+/* Lobes of one part, and what is drawn from them. */
+typedef struct draft {
+	int count;
+	uint16_t of[RBF_CARRY];         /* place in the crowd */
+	rbf_carry_row x, y, z, kappa, far, gap, a, b, keep, factor, share, p[3], e[3];
+} draft;
+
+RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, int first, crowd *c, const uint16_t order[],
+	uint32_t count, draft *d)
+{
+	int n = 0;
+	for (uint32_t i = 0; i < count; i++) {
+		const uint16_t at = order[i];
+		lobe l = {.keep = 0};
+		const int some = choose(site, sampler, p, c->pick[at], first, 0, &c->state[at], &l);
+		d->of[n] = at;
+		d->x[n] = l.centre[0];
+		d->y[n] = l.centre[1];
+		d->z[n] = l.centre[2];
+		d->kappa[n] = l.kappa;
+		d->far[n] = l.far;
+		d->gap[n] = l.gap;
+		d->a[n] = l.a;
+		d->b[n] = l.b;
+		d->keep[n] = l.keep;
+		n += some;
+	}
+	d->count = n;
+	for (; n % RBF_CARRY_STEP; n++) { /* as the first one */
+		d->x[n] = d->x[0];
+		d->y[n] = d->y[0];
+		d->z[n] = d->z[0];
+		d->kappa[n] = d->kappa[0];
+		d->far[n] = d->gap[n] = 0;
+		d->a[n] = d->b[n] = .5f;
+	}
+}
+
+/* Directions, mirrored as the corner's vertex is; in d->share their heights before. */
+RBF_CLONES static void draw_all(draft *d, float flip_x, float flip_y)
+{
+	for (int i = 0; i < d->count; i++) {
+		const float centre[3] = {d->x[i], d->y[i], d->z[i]};
+		float out[3];
+		draw(centre, d->kappa[i], d->far[i], d->gap[i], d->a[i], d->b[i], out);
+		d->p[0][i] = out[0] * flip_x;
+		d->p[1][i] = out[1] * flip_y;
+		d->p[2][i] = out[2];
+	}
+	for (int i = d->count; i % RBF_CARRY_STEP; i++) {
+		d->p[0][i] = d->p[1][i] = 0;
+		d->p[2][i] = 1;
+	}
+}
+
+/* below: of directions that a band holds; 2: no band, so that shares above 1 count as 1. */
+RBF_CLONES static void weigh_all(draft *d, float below)
+{
+	for (int i = 0; i < d->count; i++) {
+		const float keep = d->keep[i] * d->factor[i] * of_share(d->share[i], below < 2) * rbf_min(d->e[2][i] * (1 / RBF_HORIZON_Z), 1.f);
+		d->keep[i] = (d->e[2][i] > 0) & (d->p[2][i] < below) ? keep : 0;
+	}
+}
+
+/* Draws for one part, and takes what is kept out of the crowd: which[] is then RBF_CARRY. Returns how many. */
+static uint32_t draw_part(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, int first, crowd *c, const uint16_t order[],
+	uint32_t count, draft *d, float exitant[][3])
+{
+	const struct rbf_sampler_part *part = &sampler->part[p];
+	const uint32_t k = part->corner, f = part->frame;
+	uint32_t kept = 0;
+	choose_all(site, sampler, p, first, c, order, count, d);
+	draw_all(d, site->flip[0][k], site->flip[1][k]);
+	rbf_carry_back(site, k, f, d->count, (const rbf_carry_row *)d->p, d->e, d->factor);
+	rbf_carry_shares(site, k, f, d->count, (const rbf_carry_row *)d->e, d->share);
+	weigh_all(d, part->table == RBF_DRAW_BAND ? rbf_min(sampler->band[f], part->set->band) : 2);
+	for (int i = 0; i < d->count; i++) {
+		const uint16_t at = d->of[i];
+		if (!(d->keep[i] > 0) || !(rbf_uniform(&c->state[at]) < (double)d->keep[i]))
+			continue;
+		const float folded[3] = {d->e[0][i], d->e[1][i], d->e[2][i]};
+		rbf_site_unfold(site, folded, exitant[c->which[at]]);
+		c->which[at] = RBF_CARRY;
+		kept++;
+	}
+	return kept;
+}
+
+size_t rbf_site_sample_many(const rbf_site *site, const rbf_sampler *sampler, size_t count, const double *u, float exitant[][3])
+{
+	const double total = sampler->parts ? sampler->running[sampler->parts - 1] : 0;
+	size_t drawn = 0;
+	crowd c;
+	draft d;
+	memset(exitant, 0, count * sizeof *exitant);
+	for (size_t from = 0; from < count && total > 0; from += RBF_CARRY) {
+		c.count = count - from < RBF_CARRY ? (uint32_t)(count - from) : RBF_CARRY;
+		for (uint32_t i = 0; i < c.count; i++) {
+			c.which[i] = (uint16_t)i;
+			const double number = clamped(u[from + i]);
+			c.pick[i] = number * total;
+			c.state[i] = random_state(number);
+		}
+		for (int attempt = 0; attempt < TRIES && c.count; attempt++) {
+			uint32_t first[3 * RBF_SITE_JOBS + 1] = {0}, left = 0;
+			uint16_t order[RBF_CARRY];
+			uint8_t part[RBF_CARRY];
+			parts_of(sampler, &c, part);
+			for (uint32_t i = 0; i < c.count; i++)
+				first[part[i] + 1]++;
+			for (uint32_t p = 0; p < sampler->parts; p++)
+				first[p + 1] += first[p];
+			for (uint32_t i = 0; i < c.count; i++)
+				order[first[part[i]]++] = (uint16_t)i; /* each then ends where the next began */
+			for (uint32_t p = 0, start = 0; p < sampler->parts; start = first[p++])
+				if (first[p] > start)
+					drawn += draw_part(site, sampler, p, !attempt, &c, order + start, first[p] - start, &d, exitant + from);
+			for (uint32_t i = 0; i < c.count; i++) {
+				c.which[left] = c.which[i];
+				c.state[left] = c.state[i];
+				c.pick[left] = rbf_uniform(&c.state[left]) * total;
+				left += c.which[i] < RBF_CARRY;
+			}
+			c.count = left;
+		}
+	}
+	return drawn;
 }

@@ -25,6 +25,9 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
  * luminance of DSF without the Lambertian part. Returns 1, or 0 if there is nothing to draw. */
 int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3]);
 
+/* The same for many numbers: from the same number the same direction, but for rounding. Returns how many were drawn; others are 0. */
+size_t rbf_site_sample_many(const rbf_site *site, const rbf_sampler *sampler, size_t count, const double *u, float exitant[][3]);
+
 /* One number of [0, 1) into two of (0, 1), by its odd and even bits, 16 of each: what was stratified stays so in both. */
 static inline void rbf_split_number(double u, float *a, float *b)
 {

@@ -50,7 +50,7 @@ never() {
 	done
 }
 
-EVALUATION="site.c evaluate.c dhr.c sample.c integrate.c query.c incidence.c kernel.c kernel_template.h map.h reciprocal.c mesh_locate.c model.c record_read.c"
+EVALUATION="site.c evaluate.c carry.c dhr.c sample.c integrate.c query.c incidence.c kernel.c kernel_template.h map.h reciprocal.c mesh_locate.c model.c record_read.c"
 never $EVALUATION -- measure.h gather.h read.h text.h fit.h nonnegative.h neighbours.h label.h choose.h advect.h assemble.h transport.h \
 	division.h resample.h tree.h xml_write.h
 never read.c read_mountain.c read_zemax.c read_sir.c measure.c measure_adjust.c text.c -- fit.h lobes.h mesh_build.h label.h choose.h advect.h assemble.h \

@@ -13,6 +13,7 @@
 #include "bsdf.h" /* needs stdio.h */
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { COUNT = 10000, RUN = 100, ROUNDS = 9 };
 
@@ -95,6 +96,14 @@ static void their_samples_here(void) { their_samples(COUNT); }
 static void our_samples_scattered(void) { our_samples(1); }
 static void their_samples_scattered(void) { their_samples(1); }
 
+static void our_samples_here_at_once(void)
+{
+	static float here[COUNT][3];
+	for (int k = 0; k < COUNT; k++)
+		memcpy(here[k], incident[0], sizeof here[k]);
+	bsdfrbf_sample_many(model, COUNT, here[0], transmit, number, values);
+}
+
 static void our_samples_at_once(void)
 {
 	bsdfrbf_sample_many(model, COUNT, incident[0], transmit, number, values);
@@ -158,6 +167,7 @@ static const struct { const char *name; void (*ours)(void), (*theirs)(void); int
 	{"exitants at one incidence", our_exitants, their_exitants, COUNT},
 	{"resolution", our_size, their_size, COUNT},
 	{"sample at one incidence", our_samples_here, their_samples_here, COUNT},
+	{"samples at one incidence in one call", our_samples_here_at_once, their_samples_here, COUNT},
 	{"open and one pair", our_start, their_start, 1},
 	{"sample at scattered incidences", our_samples_scattered, their_samples_scattered, COUNT},
 	{"samples in one call", our_samples_at_once, their_samples_scattered, COUNT},
