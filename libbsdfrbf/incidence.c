@@ -73,6 +73,28 @@ static const rbf_sampler *sampler_of(rbf_side *s)
 	return &s->sampler;
 }
 
+void rbf_sides_prepare(uint32_t sides, rbf_side side[])
+{
+	rbf_spot at[RBF_SIDES];
+	int wanted[RBF_SIDES];
+	for (uint32_t n = 0; n < sides; n++) {
+		wanted[n] = side[n].component && !side[n].swapped;
+		if (wanted[n])
+			rbf_site_turn(side[n].component, side[n].local, &side[n].site);
+	}
+	for (uint32_t n = 0; n < sides; n++)
+		if (wanted[n])
+			rbf_site_find(&side[n].site, &at[n]);
+	for (uint32_t n = 0; n < sides; n++)
+		if (wanted[n])
+			rbf_site_settle(&side[n].site, &at[n]);
+	for (uint32_t n = 0; n < sides; n++)
+		if (wanted[n]) {
+			rbf_sampler_set(&side[n].site, &side[n].sampler);
+			side[n].located = side[n].ready = 1;
+		}
+}
+
 int rbf_side_sample(rbf_side *s, double u, float outgoing[3])
 {
 	int drawn = 0;

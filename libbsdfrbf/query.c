@@ -58,13 +58,20 @@ static int same_as_last(const float *list, size_t i)
 size_t bsdfrbf_sample_many(const bsdfrbf_model *model, size_t count, const float *incident, int transmit, const double *u,
 	float *outgoing)
 {
-	rbf_side s;
-	size_t drawn = 0;
-	for (size_t from = 0, end; from < count; from = end) {
-		for (end = from + 1; end < count && same_as_last(incident, end); end++)
-			;
-		rbf_side_set(model, incident + 3 * from, transmit, &s);
-		drawn += rbf_side_sample_many(&s, end - from, u + from, (float (*)[3])(outgoing + 3 * from));
+	rbf_side side[RBF_SIDES];
+	size_t first[RBF_SIDES + 1] = {0}, drawn = 0;
+	while (first[0] < count) {
+		uint32_t sides = 0;
+		for (size_t i = first[0]; i < count && sides < RBF_SIDES; i = first[sides]) {
+			rbf_side_set(model, incident + 3 * i, transmit, &side[sides]);
+			for (i++; i < count && same_as_last(incident, i); i++)
+				;
+			first[++sides] = i;
+		}
+		rbf_sides_prepare(sides, side);
+		for (uint32_t n = 0; n < sides; n++)
+			drawn += rbf_side_sample_many(&side[n], first[n + 1] - first[n], u + first[n], (float (*)[3])(outgoing + 3 * first[n]));
+		first[0] = first[sides];
 	}
 	return drawn;
 }
