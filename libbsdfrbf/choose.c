@@ -4,6 +4,7 @@
 #include "assemble.h"
 #include "learn.h"
 #include "sample.h"
+#include "settle.h"
 #include "simplex.h"
 
 #include <stdlib.h>
@@ -232,6 +233,8 @@ static int measure(const bench *b, rbf_choice *choice, const rbf_choice *best)
 	if (!choice->label || !choice->base_error)
 		return -1;
 	rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
+	if (choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->label, choice->share))
+		return -1;
 	drop_empty(choice, m->lobe_first[m->bases]);
 	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
 		return -1;
@@ -494,9 +497,13 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const bench *b, float fit
 	}
 	if (rbf_progress(context, "learned frames", from + step * (RBF_MAPS_LISTED + 2)))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	const float sharpness = best.belief.sharpness;
-	for (int n = 0; n < 2 && !failed && best.frames > 1; n++) {
-		rbf_choice next = {.frames = best.frames, .belief = {n ? sharpness / SHARPER : sharpness * SHARPER, best.belief.faint}};
+	/* three other beliefs */
+	const rbf_belief had = best.belief;
+	for (int n = 0; n < 3 && !failed && best.frames > 1; n++) {
+		rbf_choice next = {.frames = best.frames, .belief = best.belief};
+		if (n < 2)
+			next.belief.sharpness = n ? had.sharpness / SHARPER : had.sharpness * SHARPER;
+		next.belief.settled = n == 2;
 		memcpy(next.frame, best.frame, sizeof next.frame);
 		failed = contest(b, &best, next, &best);
 		*choice = best;

@@ -9,7 +9,7 @@ enum { ROUNDS = 6 };
 
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain)
 {
-	float p[3] = {mapped[0], mapped[1], mapped[2]}, q[3], v[3];
+	float p[3] = {mapped[0], mapped[1], mapped[2]}, q[3];
 	if (!(gain > 0))
 		return 0;
 	if (p[2] < .02f) {
@@ -19,8 +19,7 @@ float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3]
 		p[2] = .02f;
 	}
 	rbf_mirror(op, p, q);
-	rbf_lobes_sum(lobes, q, v);
-	return gain * v[rbf_luminance(lobes->channels)] * fminf(fmaxf(mapped[2] * 10, .05f), 1.f);
+	return gain * rbf_lobes_luminance(lobes, q) * fminf(fmaxf(mapped[2] * 10, .05f), 1.f);
 }
 
 static int find_neighbours(rbf_fitted *m)
@@ -96,46 +95,46 @@ int rbf_label_prepare(rbf_fitted *m)
 	return 0;
 }
 
-static int share_prediction(const rbf_fitted *m, float *prediction)
+int rbf_label_share(const rbf_fitted *m, uint32_t each, float *prediction)
 {
 	if (!m->team)
 		return 0;
 	uint64_t *first = malloc(((size_t)m->bases + 1) * sizeof *first);
 	for (uint32_t b = 0; b <= m->bases && first; b++)
-		first[b] = m->lobe_first[b] * sizeof *prediction;
+		first[b] = (uint64_t)m->lobe_first[b] * each * sizeof *prediction;
 	const int failed = !first || rbf_team_share(m->team, m->bases, first, prediction);
 	free(first);
 	return failed ? -1 : 0;
 }
 
+float rbf_label_prediction(const rbf_fitted *m, const rbf_candidate *to, const rbf_lobes part[], uint32_t base, const float c[3], float self)
+{
+	const uint32_t from = m->neighbour_first[base], end = m->neighbour_first[base + 1];
+	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
+	float sum = 0;
+	for (uint32_t n = from; n < end; n++) {
+		const rbf_vertex *v = &m->mesh.vertex[m->neighbour[n]];
+		rbf_warp warp;
+		float mapped[3];
+		rbf_warp_set(&warp, to->map, &to->linear, k, v->direction);
+		const float gain = rbf_warp_forward(&warp, c, mapped);
+		const float value = rbf_label_judge(&part[v->base], v->op, mapped, gain);
+		sum += logf(fminf(value, self) + 1e-3f * self);
+	}
+	return end > from ? sum / (float)(end - from) : logf(self);
+}
+
 static int predict(const rbf_fitted *m, rbf_candidate *to)
 {
-	const uint32_t y = rbf_luminance(m->channels);
 	#pragma omp parallel for schedule(dynamic)
-	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
-		if (!rbf_team_mine(m->team, (uint64_t)b))
-			continue;
-		const rbf_lobes *l = &m->lobes[b];
-		const uint32_t from = m->neighbour_first[b], end = m->neighbour_first[b + 1];
-		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
-		for (uint32_t i = 0; i < l->count; i++) {
-			float c[3], own[3], sum = 0;
-			rbf_lobe_centre(l, i, c);
-			rbf_lobes_sum(l, c, own);
-			const float self = own[y] + 1e-9f;
-			for (uint32_t n = from; n < end; n++) {
-				const rbf_vertex *v = &m->mesh.vertex[m->neighbour[n]];
-				rbf_warp warp;
-				float mapped[3];
-				rbf_warp_set(&warp, to->map, &to->linear, k, v->direction);
-				const float gain = rbf_warp_forward(&warp, c, mapped);
-				const float value = rbf_label_judge(&m->lobes[v->base], v->op, mapped, gain);
-				sum += logf(fminf(value, self) + 1e-3f * self);
-			}
-			to->prediction[m->lobe_first[b] + i] = end > from ? sum / (float)(end - from) : logf(self);
+	for (int64_t b = 0; b < (int64_t)m->bases; b++)
+		for (uint32_t i = 0; i < m->lobes[b].count && rbf_team_mine(m->team, (uint64_t)b); i++) {
+			float c[3];
+			rbf_lobe_centre(&m->lobes[b], i, c);
+			const float self = rbf_lobes_luminance(&m->lobes[b], c) + 1e-9f;
+			to->prediction[m->lobe_first[b] + i] = rbf_label_prediction(m, to, m->lobes, (uint32_t)b, c, self);
 		}
-	}
-	return share_prediction(m, to->prediction);
+	return rbf_label_share(m, 1, to->prediction);
 }
 
 int rbf_label_add(rbf_fitted *m, unsigned map, const rbf_linear *linear)
@@ -179,6 +178,18 @@ static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_
 		r[f] /= sum;
 }
 
+void rbf_label_set(uint32_t lobes, uint32_t frames, float r[], uint32_t lobe, float *label)
+{
+	float sum = 0;
+	for (uint32_t f = 0; f < frames; f++) {
+		if (r[f] < 1e-3f)
+			r[f] = 0;
+		sum += r[f];
+	}
+	for (uint32_t f = 0; f < frames; f++)
+		label[(size_t)f * lobes + lobe] = r[f] / sum;
+}
+
 void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], rbf_belief belief, float *label, float share[])
 {
 	const float least = belief.faint ? FAINT_MIN : SHARE_MIN;
@@ -215,14 +226,7 @@ void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], rbf
 			prior[f] = share[f] < least * (float)(round + 1) / ROUNDS && kept ? 0 : belief.faint ? sqrtf(share[f]) : share[f];
 	}
 	for (uint32_t i = 0; i < lobes; i++) {
-		float sum = 0;
 		responsibilities(m, frames, frame, belief.sharpness, prior, i, r);
-		for (uint32_t f = 0; f < frames; f++) {
-			if (r[f] < 1e-3f)
-				r[f] = 0;
-			sum += r[f];
-		}
-		for (uint32_t f = 0; f < frames; f++)
-			label[(size_t)f * lobes + i] = r[f] / sum;
+		rbf_label_set(lobes, frames, r, i, label);
 	}
 }

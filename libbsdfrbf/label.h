@@ -43,11 +43,22 @@ int rbf_label_change(rbf_fitted *fitted, uint32_t candidate, const rbf_linear *l
  * that sank below are judged just above the horizon, and count less. */
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain);
 
+/* How well a map predicts a lobe of `base` at direction c, where DSF is `self`, from the lobes of its neighbours; lobes: of all bases, or a
+ * part of each. The mean logarithm. */
+float rbf_label_prediction(const rbf_fitted *fitted, const rbf_candidate *map, const rbf_lobes lobes[], uint32_t base, const float c[3], float self);
+
+/* Sets a lobe's labels (index over all bases, of which there are `lobes` lobes) to r[frames], without what is faint. */
+void rbf_label_set(uint32_t lobes, uint32_t frames, float r[], uint32_t lobe, float *label);
+
+/* Every process gets the rows that others made: of all bases' lobes, `each` numbers for a lobe. Returns as above. */
+int rbf_label_share(const rbf_fitted *fitted, uint32_t each, float *rows);
+
 /* How labels follow the predictions. */
 typedef struct rbf_belief {
 	float sharpness; /* exponent of a prediction */
 	int faint;       /* shares count by their roots, and a third of a per cent is enough, for beams of little energy that stand high above what is
 	                  * around them */
+	int settled;     /* then rbf_settle() */
 } rbf_belief;
 
 /* Labels for a list of frames (indices of candidates): label[f * lobes + i], i counted over all bases; 0 where below 1e-3, sums to 1 over f.

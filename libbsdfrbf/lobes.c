@@ -49,6 +49,13 @@ void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3])
 		rbf_kernel_sum(&job, 1, &all, value);
 }
 
+float rbf_lobes_luminance(const rbf_lobes *l, const float direction[3])
+{
+	float v[3];
+	rbf_lobes_sum(l, direction, v);
+	return v[rbf_luminance(l->channels)];
+}
+
 /* Copies a fit into a row of bytes, or out of it. Returns how many bytes it takes. */
 static size_t pack(const rbf_lobes *l, char *to, const char *from)
 {

@@ -42,4 +42,5 @@ int rbf_lobes_share(const rbf_team *team, uint32_t count, uint32_t channels, rbf
 
 /* DSF of all lobes at a direction. */
 void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3]);
+float rbf_lobes_luminance(const rbf_lobes *l, const float direction[3]);
 #endif

@@ -14,6 +14,8 @@ import sys
 import tempfile
 import unittest
 
+import numpy as np
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 from score import score  # noqa: E402
@@ -63,6 +65,19 @@ class Accuracy(unittest.TestCase):
 
     def test_sawtooth(self):
         self.own('sawtooth', SAWTOOTH)
+
+    def test_retro_parts_from_mirror(self):
+        """At normal incidence both beams lie on each other; from there to the next incidence each is to keep its height."""
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '16', '-theta', '1', '15', 'retro', folder],
+                           check=True, stdout=subprocess.DEVNULL)
+            record = os.path.join(folder, 'model.rbf')
+            subprocess.run([binary('mkrbf'), '-q', '-o', record, *sorted(glob.glob(folder + '/*_t*_p*.*'))], check=True)
+            with open(folder + '/beams.bin', 'rb') as query:
+                answers = subprocess.run([binary('rbfquery'), '-ff', record], stdin=query, capture_output=True, check=True).stdout
+            truth = np.fromfile(folder + '/beams_truth.bin', '<f4')
+        self.assertGreaterEqual(len(truth), 24)
+        self.assertLess(np.abs(np.frombuffer(answers, '<f4') / truth - 1).max(), .1)
 
     def test_redirect(self):
         self.own('redirect', PANEL)
