@@ -154,23 +154,43 @@ rbf_serves(const RBFpart *part, const FVECT v1, const RREAL *v2)
 	return front == part->front && (v2 == NULL || front == (v2[2] > 0));
 }
 
+/* Coefficients of f without the Lambertian part; returns how many. */
+static int
+rbf_eval(float coef[], const RBFfile *file, const RREAL *v1, const RREAL *v2)
+{
+	float	incident[3], outgoing[3], value[3];
+
+	VCOPY(incident, v1);
+	VCOPY(outgoing, v2);
+	bsdfrbf_incidence_eval_scatter(rbf_at(file, incident), outgoing, value);
+	if (file->channels == 1)
+		coef[0] = value[0];
+	else
+		rbf_coefficients(coef, value);
+	return file->channels;
+}
+
+double
+rbf_seen(const RBFpart *part, const RREAL *v1, const RREAL *v2)
+{
+	float	coef[3];
+	int	n = rbf_eval(coef, part->file, v1, v2);
+	double	f = part->diffuse[v1[2] > 0];
+
+	while (n > 0)
+		f += coef[--n];
+	return f;
+}
+
 /* SDFunc.getBSDFs */
 static int
 rbf_get_bsdfs(float coef[SDmaxCh], const FVECT inVec, const FVECT outVec, SDComponent *sdc)
 {
 	const RBFpart	*part = (const RBFpart *)sdc->dist;
-	float		incident[3], outgoing[3], value[3];
 
 	if (part == NULL || !rbf_serves(part, inVec, outVec))
 		return 0;
-	VCOPY(incident, inVec);
-	VCOPY(outgoing, outVec);
-	bsdfrbf_incidence_eval_scatter(rbf_at(part->file, incident), outgoing, value);
-	if (part->file->channels == 1)
-		coef[0] = value[0];
-	else
-		rbf_coefficients(coef, value);
-	return part->file->channels;
+	return rbf_eval(coef, part->file, inVec, outVec);
 }
 
 /* SDFunc.queryProjSA */

@@ -29,6 +29,10 @@ typedef struct {
 	double		surround_f[2], surround_psa[2];	/* the two probes that stand for the surround */
 } RBFpart;
 
+/* f (luminance) of a transmission, Lambertian part included, added up as SDevalBSDF() does, to the last bit: m_bsdf.c counts equal values
+ * once, and so must we. */
+extern double	rbf_seen(const RBFpart *part, const RREAL *v1, const RREAL *v2);
+
 /* Fills file->through. */
 extern void	rbf_find_through(RBFfile *file);
 

@@ -227,7 +227,7 @@ rbf_set_probes(RBFpart *part, const RREAL *v, double radius2)
 				out[1] = -v[1] + y*(double)offset[ring]*spacing;
 				out[2] = -v[2];
 				normalize(out);
-				f[n++] = diffuse + rbf_scatter(part->file, v, out);
+				f[n++] = rbf_seen(part, v, out);
 			}
 	qsort(f, n, sizeof(f[0]), rbf_descending);
 	for (i = 0; i < n && sum <= 8*f[i]*used; i++) {	/* the peak ends at an eighth of its mean */
@@ -273,7 +273,7 @@ rbf_through_psa(RBFpart *part, const RREAL *v1, const RREAL *v2, double smallest
 		return smallest > 2*part->probe ? smallest : 2*part->probe;
 	if ((v1[0] != part->seen[0]) | (v1[1] != part->seen[1]) | (v1[2] != part->seen[2]))
 		rbf_set_probes(part, v1, radius2);
-	f = part->diffuse[v1[2] > 0] + rbf_scatter(part->file, v1, v2);
+	f = rbf_seen(part, v1, v2);
 	if (f >= (1 - 1e-6)*part->peak_f)
 		psa = part->peak_psa;
 	else
