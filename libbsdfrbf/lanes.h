@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Four floats at once, by the compiler's vector types: for what is done at all corners of a site. */
-#ifndef RBF_LANES4_H
-#define RBF_LANES4_H
+#ifndef RBF_LANES_H
+#define RBF_LANES_H
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
