@@ -19,8 +19,6 @@
 #include <emmintrin.h>
 #endif
 
-enum { TRIES = 1024 };
-
 /* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
 static inline void around(const float centre[3], float w, float cosine, float sine, float out[3])
 {
@@ -263,7 +261,7 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 		return 0;
 	u = clamped(u);
 	uint64_t state = random_state(u);
-	for (int attempt = 0; attempt < TRIES; attempt++, u = rbf_uniform(&state)) {
+	for (int attempt = 0; attempt < RBF_SAMPLE_TRIES; attempt++, u = rbf_uniform(&state)) {
 		const double pick = u * total;
 		const uint32_t p = part_at(sampler, pick);
 		const struct rbf_sampler_part *part = &sampler->part[p];
@@ -414,7 +412,7 @@ size_t rbf_site_sample_many(const rbf_site *site, const rbf_sampler *sampler, si
 			c.pick[i] = number * total;
 			c.state[i] = random_state(number);
 		}
-		for (int attempt = 0; attempt < TRIES && c.count; attempt++) {
+		for (int attempt = 0; attempt < RBF_SAMPLE_TRIES && c.count; attempt++) {
 			uint32_t first[3 * RBF_SITE_JOBS + 1] = {0}, left = 0;
 			uint16_t order[RBF_CARRY];
 			uint8_t part[RBF_CARRY];

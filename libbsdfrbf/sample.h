@@ -21,6 +21,8 @@ typedef struct rbf_sampler {
 
 void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
 
+#define RBF_SAMPLE_TRIES 1024 /* then there is nothing to draw */
+
 /* Draws an exitant direction in the component's half space (not folded), density proportional to the
  * luminance of DSF without the Lambertian part. Returns 1, or 0 if there is nothing to draw. */
 int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3]);
