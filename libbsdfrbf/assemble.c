@@ -170,7 +170,7 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 			}
 	}
 	/* leave out the least first while their sum stays below the error */
-	*mask = groups >= 64 ? ~(uint64_t)0 : ((uint64_t)1 << groups) - 1;
+	*mask = rbf_cull_all(set->blocks);
 	float spent = 0;
 	for (uint32_t n = 0; n < groups; n++) {
 		uint32_t least = 0;

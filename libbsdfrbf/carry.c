@@ -53,9 +53,8 @@ void rbf_carry_back(const rbf_site *site, uint32_t corner, uint32_t frame, int c
 			const float o[3] = {e[0][i], e[1][i], e[2][i]}; \
 			float out[3]; \
 			forward(warp, o, out); \
-			const float v = rbf_min(rbf_max(out[2] * (1 / RBF_VALID_Z), RBF_VALID_LEAST), 1.f); \
-			valid[i] = v * v; \
-			total[i] += weight * (v * v); \
+			valid[i] = rbf_validity(out[2]); \
+			total[i] += weight * valid[i]; \
 		} \
 	}
 VALIDITY(valid_turn, rbf_turn_forward)

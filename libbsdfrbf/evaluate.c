@@ -10,7 +10,7 @@ static inline __attribute__((always_inline)) rbf_lanes shares_at(const rbf_site 
 {
 	if (site->fan[frame].kind == RBF_KIND_FIXED)
 		z = rbf_lanes_all(1);
-	/* as rbf_warp_validity() */
+	/* as rbf_validity() */
 	rbf_lanes v = z * (1 / RBF_VALID_Z);
 	v = rbf_lanes_min(rbf_lanes_max(v, rbf_lanes_all(RBF_VALID_LEAST)), rbf_lanes_all(1));
 	v *= v;

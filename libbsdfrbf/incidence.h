@@ -32,8 +32,9 @@ void rbf_side_eval_width(rbf_side *side, const float outgoing[3], float *value);
 /* DHR of the scattered part. */
 void rbf_side_dhr(rbf_side *side, float *value);
 
+enum { RBF_SIDES = 8 }; /* at most, in: */
+
 /* Makes several ready for samples, step by step, each for all of them: quicker than one after the other. */
-enum { RBF_SIDES = 8 }; /* at most */
 void rbf_sides_prepare(uint32_t sides, rbf_side side[]);
 int rbf_side_sample(rbf_side *side, double u, float outgoing[3]);
 size_t rbf_side_sample_many(rbf_side *side, size_t count, const double *u, float outgoing[][3]); /* returns how many were drawn */

@@ -95,14 +95,14 @@ int rbf_label_prepare(rbf_fitted *m)
 	return 0;
 }
 
-int rbf_label_share(const rbf_fitted *m, uint32_t each, float *prediction)
+int rbf_label_share(const rbf_fitted *m, uint32_t each, float *rows)
 {
 	if (!m->team)
 		return 0;
 	uint64_t *first = malloc(((size_t)m->bases + 1) * sizeof *first);
 	for (uint32_t b = 0; b <= m->bases && first; b++)
-		first[b] = (uint64_t)m->lobe_first[b] * each * sizeof *prediction;
-	const int failed = !first || rbf_team_share(m->team, m->bases, first, prediction);
+		first[b] = (uint64_t)m->lobe_first[b] * each * sizeof *rows;
+	const int failed = !first || rbf_team_share(m->team, m->bases, first, rows);
 	free(first);
 	return failed ? -1 : 0;
 }

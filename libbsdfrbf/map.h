@@ -280,11 +280,9 @@ static inline float rbf_warp_forward(const rbf_warp *w, const float o[3], float 
 	}
 }
 
-/* How far the mapped direction may be trusted: weight of a corner among corners, in (0, 1]. */
-static inline float rbf_warp_validity(const rbf_warp *w, float mapped_z)
+/* How far a mapped direction may be trusted, unless nothing moves: weight of a corner among corners, in (0, 1]. */
+static inline float rbf_validity(float mapped_z)
 {
-	if (w->kind == RBF_KIND_FIXED)
-		return 1;
 	const float v = rbf_min(rbf_max(mapped_z * (1 / RBF_VALID_Z), RBF_VALID_LEAST), 1.f);
 	return v * v;
 }

@@ -347,7 +347,7 @@ RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampl
 	}
 }
 
-/* Directions, mirrored as the corner's vertex is; in d->share their heights before. */
+/* Directions, mirrored as the corner's vertex is. */
 RBF_CLONES static void draw_all(draft *d, float flip_x, float flip_y)
 {
 	for (int i = 0; i < d->count; i++) {

@@ -248,13 +248,12 @@ static void sort_roughly(const edge *edges, size_t count, int64_t cap, uint32_t 
 		order[first[edges[k].cost / width]++] = (uint32_t)k;
 }
 
-/* Sorts moves by source, then target, into `to`: by counting targets first, then sources. What is in `from` is lost. start: room for
- * max(n, m) + 1. */
-static void sort_moves(size_t count, rbf_move *from, rbf_move *to, size_t n, size_t m, uint32_t *start)
+/* Sorts moves by source, then target: by counting targets first, then sources. other: as much room; start: room for max(n, m) + 1. */
+static void sort_moves(size_t count, rbf_move *moves, rbf_move *other, size_t n, size_t m, uint32_t *start)
 {
 	for (int by_source = 0; by_source < 2; by_source++) {
-		const rbf_move *in = by_source ? to : from;
-		rbf_move *out = by_source ? from : to;
+		const rbf_move *in = by_source ? other : moves;
+		rbf_move *out = by_source ? moves : other;
 		const size_t keys = by_source ? n : m;
 		memset(start, 0, (keys + 1) * sizeof *start);
 		for (size_t k = 0; k < count; k++)
@@ -264,7 +263,6 @@ static void sort_moves(size_t count, rbf_move *from, rbf_move *to, size_t n, siz
 		for (size_t k = 0; k < count; k++)
 			out[start[by_source ? in[k].source : in[k].target]++] = in[k];
 	}
-	memcpy(to, from, count * sizeof *to);
 }
 
 /* Duals, with u . supply + v . demand as the answer. The tree bounds those of its own nodes; making first every v and then every u
@@ -335,9 +333,9 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 	network w = {.nodes = malloc((n + m + 1) * sizeof *w.nodes), .edges = malloc((n + m + arcs) * sizeof *w.edges),
 		.potential = malloc((n + m + 1) * sizeof *w.potential)};
 	uint32_t *const origin = malloc((arcs + 1) * sizeof *origin), *const order = malloc((arcs + n + m + 1) * sizeof *order);
-	rbf_move *const plan = malloc((n + m + 1) * sizeof *plan); /* no more than the tree has arcs */
+	rbf_move *const other = malloc((n + m + 1) * sizeof *other); /* no more moves than the tree has arcs */
 	int64_t *const dual = malloc((n + m) * sizeof *dual);
-	if (!w.nodes || !w.edges || !w.potential || !origin || !order || !plan || !dual)
+	if (!w.nodes || !w.edges || !w.potential || !origin || !order || !other || !dual)
 		goto done;
 	const int64_t cap_units = (int64_t)(cap * units);
 	set_masses(w.nodes, n, supply, supply_total, 1);
@@ -369,13 +367,13 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 		const double mass = (double)w.nodes[i].flow / MASS_UNITS;
 		if (w.nodes[i].arc < pairs) {
 			const rbf_arc *a = &arc[origin[w.nodes[i].arc]];
-			plan[moved++] = (rbf_move){a->source, a->target, mass};
+			moves[moved++] = (rbf_move){a->source, a->target, mass};
 			sum += mass * a->cost;
 		} else if (!w.nodes[i].up) {
 			sum += mass * cap;
 		}
 	}
-	sort_moves(moved, plan, moves, n, m, order);
+	sort_moves(moved, moves, other, n, m, order);
 	*count = moved;
 	*cost = sum;
 	if (dual_u || dual_v || gap) {
@@ -391,7 +389,7 @@ done:
 	free(w.potential);
 	free(origin);
 	free(order);
-	free(plan);
+	free(other);
 	free(dual);
 	return result;
 }

@@ -36,7 +36,7 @@
 #define rbf_map_source double_map_source
 #define rbf_warp_forward double_warp_forward
 #define rbf_warp_inverse double_warp_inverse
-#define rbf_warp_validity double_warp_validity
+#define rbf_validity double_validity
 #define rbf_warp_bound double_warp_bound
 #define rbf_shift_factor double_shift_factor
 #define rbf_turn_forward double_turn_forward
@@ -130,7 +130,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 		for (uint32_t k = 0; k < site->corners; k++) {
 			warp[k].gain /= sqrt(gain);
 			factor[k] = double_warp_forward(&warp[k], o, mapped[k]);
-			share[k] = double_warp_validity(&warp[k], mapped[k][2]);
+			share[k] = warp[k].kind == DOUBLE_KIND_FIXED ? 1 : double_validity(mapped[k][2]);
 			total += (double)site->weight[k] * share[k];
 		}
 		for (uint32_t k = 0; k < site->corners; k++) {
