@@ -391,7 +391,7 @@ typedef struct bsdfrbf_component_info {
 	float frame_share[8];    /* energy share of each */
 	int residual;            /* 1: residual transport is used */
 	float residual_deg;      /* its energy-weighted mean, degrees */
-	float fit_error;         /* mean relative L1 of the lobe fit against held-out samples, < 0 unknown */
+	float fit_error;         /* mean relative L1 of the lobe fit against held-out samples, by solid angle; < 0 unknown */
 	float loo_error;         /* mean leave-one-incidence-out L1, < 0 unknown */
 	float asymmetry;         /* relative L1 of the data against the symmetry, < 0 not measurable */
 	float theta_max_deg;     /* largest measured polar angle */

@@ -8,9 +8,9 @@
 #include "edges.h"
 #include "energy.h"
 #include "expect.h"
+#include "lobe_count.h"
 #include "sample.h"
 #include "trend.h"
-#include "trials.h"
 
 #include <omp.h>
 #include <stdlib.h>
@@ -18,11 +18,9 @@
 
 static const double SAME_DEG = .25;      /* incidences closer than this are one */
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
-enum { FIT_HOLD = 8, LOBES_START = 150, LOBES_MOST = 600 };
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
-static const float LOBES_GAIN = .95f, LOBES_SAME = 1.005f;
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
 {
@@ -155,69 +153,6 @@ static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
 	return BSDFRBF_OK;
 }
 
-/* Error against held-out samples with a number of lobes. */
-static int try_lobes(rbf_fitting *fitting, uint32_t lobes, float *error)
-{
-	rbf_lobes fitted;
-	const int failed = rbf_fit_lobes(fitting, lobes, &fitted, error);
-	rbf_lobes_free(&fitted);
-	return failed;
-}
-
-/* How many lobes one incidence is worth: doubled while that lowers the error of held-out samples, else halved once if that
- * does not raise it. Returns 0, or -1 when out of memory. */
-static int lobes_from_samples(const rbf_incidence *in, int channels, const float lambertian[3], uint32_t *lobes, float *error)
-{
-	rbf_fitting *fitting = rbf_fit_begin(in, channels, lambertian, FIT_HOLD);
-	int failed = !fitting || try_lobes(fitting, LOBES_START, error);
-	float next = INFINITY;
-	*lobes = LOBES_START;
-	while (!failed && 2 * *lobes <= LOBES_MOST) {
-		failed = try_lobes(fitting, 2 * *lobes, &next);
-		if (failed || !(next < LOBES_GAIN * *error))
-			break;
-		*lobes *= 2;
-		*error = next;
-	}
-	if (!failed && *lobes == LOBES_START) {
-		failed = try_lobes(fitting, LOBES_START / 2, &next);
-		if (!failed && next < LOBES_SAME * *error) {
-			*lobes = LOBES_START / 2;
-			*error = next;
-		}
-	}
-	rbf_fit_end(fitting);
-	return failed ? -1 : 0;
-}
-
-/* Number of lobes for every incidence: found at the trials; the others take the larger number of the two next to them. */
-static int lobes_from_data(const rbf_team *team, const rbf_trials *trials, job *j, int channels, const float lambertian[3], uint32_t *lobes)
-{
-	uint32_t found[RBF_TRIALS_MOST];
-	float error[RBF_TRIALS_MOST];
-	int failed = 0;
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (uint32_t t = 0; t < trials->count; t++)
-		if (rbf_team_mine(team, t))
-			failed |= lobes_from_samples(&j->measured.incidence[rbf_trial_base(trials, t)], channels, lambertian, &found[t], &error[t]) != 0;
-	failed = rbf_team_failed(team, failed) || rbf_team_share_rows(team, trials->count, sizeof *found, found)
-		|| rbf_team_share_rows(team, trials->count, sizeof *error, error);
-	if (failed)
-		return -1;
-	for (uint32_t i = 0; i < trials->bases; i++) {
-		uint32_t before, after;
-		rbf_trials_around(trials, i, &before, &after);
-		lobes[trials->order[i]] = found[before] > found[after] ? found[before] : found[after];
-	}
-	double sum = 0;
-	for (uint32_t t = 0; t < trials->count; t++) {
-		j->fit_error[rbf_trial_base(trials, t)] = error[t];
-		sum += (double)error[t];
-	}
-	j->held_out = (float)(sum / trials->count);
-	return 0;
-}
-
 static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress,
 	job *j, rbf_component *c)
 {
@@ -236,13 +171,22 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 		return out_of_memory(context);
 	uint32_t *count = malloc(((size_t)bases + 1) * sizeof *count);
 	rbf_trials trials = {0};
+	float error[RBF_TRIALS_MOST];
 	int failed = !count || rbf_trials_make(&trials, (size_t)bases, j->direction);
 	for (int64_t b = 0; b < bases && !failed; b++) {
 		count[b] = lobes;
 		j->fit_error[b] = -1;
 	}
 	j->held_out = -1;
-	failed = failed || (!lobes && !j->measured.ready && lobes_from_data(m->team, &trials, j, channels, c->lambertian, count));
+	if (!failed && !lobes && !j->measured.ready) {
+		failed = rbf_lobe_count(m->team, &j->measured, &trials, channels, c->lambertian, count, error);
+		double sum = 0;
+		for (uint32_t t = 0; t < trials.count && !failed; t++) {
+			j->fit_error[rbf_trial_base(&trials, t)] = error[t];
+			sum += (double)error[t];
+		}
+		j->held_out = (float)(sum / trials.count);
+	}
 	if (failed || rbf_progress(context, "lobes", progress)) {
 		rbf_trials_free(&trials);
 		free(count);
@@ -250,10 +194,9 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	}
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < bases; b++) {
-		float unused;
 		if (rbf_team_mine(m->team, (uint64_t)b))
 			failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], channels, &m->lobes[b])
-			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], &unused)) != 0;
+			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], NULL)) != 0;
 	}
 	failed = rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, (uint32_t)bases, (uint32_t)channels, m->lobes)
 		|| (!j->measured.ready && rbf_expect_fit(&j->measured, &trials, m, c->lambertian, count, j->scatter));

@@ -19,6 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const float NEAR = .9f; /* weight of a corner from which on that corner alone was asked, an image of the same incidence, say */
+
 int rbf_expect_fit(const rbf_measured *measured, const rbf_trials *trials, const rbf_fitted *m, const float lambertian[3],
 	const uint32_t *count, float *fit)
 {
@@ -29,10 +31,9 @@ int rbf_expect_fit(const rbf_measured *measured, const rbf_trials *trials, const
 	for (uint32_t t = 0; t < trials->count; t++) {
 		const uint32_t b = rbf_trial_base(trials, t);
 		rbf_lobes half;
-		float unused;
 		if (!rbf_team_mine(m->team, t))
 			continue;
-		if (rbf_fit(&measured->incidence[b], (int)m->channels, lambertian, count[b], 2, &half, &unused)) {
+		if (rbf_fit(&measured->incidence[b], (int)m->channels, lambertian, count[b], 2, &half, NULL)) {
 			failed = 1;
 			continue;
 		}
@@ -68,7 +69,7 @@ typedef struct lesson {
 static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint32_t base, float left_out, float *fit, lesson *l)
 {
 	rbf_mesh mesh;
-	float in[3], weight[3], most = 0;
+	float in[3], weight[3], most = 0, heaviest = 0;
 	uint32_t corner[3];
 	for (int n = 0; n < 3; n++)
 		in[n] = (float)m->direction[3*base + (uint32_t)n];
@@ -86,6 +87,7 @@ static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint3
 		at[i] = mesh.vertex[corner[i]].direction;
 	for (int i = 0; i < 3; i++) {
 		squares += (double)(weight[i] * weight[i]);
+		heaviest = fmaxf(heaviest, weight[i]);
 		for (int k = 0; k < i; k++) {
 			float e[3] = {at[i][0] - at[k][0], at[i][1] - at[k][1], at[i][2] - at[k][2]};
 			const float part = weight[i] * weight[k] * rbf_dot(e, e);
@@ -104,7 +106,7 @@ static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint3
 	/* the fits cannot err by more than all there is */
 	*fit = fminf(*fit, left_out / (float)sqrt(1 + squares));
 	const double rest = (double)(left_out * left_out) - (double)(*fit * *fit) * (1 + squares);
-	if (!(item & RBF_MESH_BORDER) && whole > 0)
+	if (!(item & RBF_MESH_BORDER) && heaviest < NEAR)
 		l->bend = sqrt(fmax(rest, 0)) / whole;
 	return BSDFRBF_OK;
 }

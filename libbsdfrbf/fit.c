@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16, PEAK_AROUND = 48, GAP_AROUND = 48 };
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16, PEAK_AROUND = 48, GAP_AROUND = 48, AREA_AROUND = 32 };
 static const float PEAK_PART = .05f; /* of a peak's own height */
 static const double PEAK_SEEN = 2;      /* a sample lies within so many sigmas of a peak's top */
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
@@ -26,6 +26,7 @@ static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
 static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
 static const double WEIGHT_FLOOR = 1e-3;
+static const double SAME = 1e-12;       /* square of a distance: no distance */
 
 /* Working arrays of one incidence: what its fits share, and those of the last one. */
 typedef struct rbf_fitting {
@@ -385,19 +386,22 @@ static size_t find_outliers(work *k, const rbf_lobes *fitted)
 	return found;
 }
 
-static float held_out_error(const rbf_incidence *in, int channels, const float lambertian[3], uint32_t hold, const rbf_lobes *lobes)
+/* Samples are dense where there is much light: each counts for the solid angle it stands for, up to a common factor that of a cap which
+ * holds so many others. */
+static float held_out_error(const work *k, const rbf_lobes *lobes)
 {
-	const uint32_t y = rbf_luminance((uint32_t)channels);
+	const rbf_incidence *in = k->incidence;
+	const uint32_t channels = (uint32_t)k->channels, y = rbf_luminance(channels);
 	double difference = 0, total = 0;
-	if (hold < 2)
-		return -1;
-	for (size_t i = hold / 2; i < in->count; i += hold) {
+	for (size_t i = k->hold / 2; i < in->count && k->hold > 1; i += k->hold) {
 		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
-		float v[3];
+		uint32_t index[AREA_AROUND];
+		float v[3], distance[AREA_AROUND];
+		const int found = rbf_tree_nearest(&k->tree, w, AREA_AROUND, index, distance);
+		const double area = found ? (double)distance[found - 1] + SAME : 1, t = (double)in->dsf[i * channels + y];
 		rbf_lobes_sum(lobes, w, v);
-		const double t = (double)in->dsf[i * (size_t)channels + y];
-		difference += fabs(v[y] + lambertian[y] * w[2] / RBF_PI - t);
-		total += fabs(t);
+		difference += area * fabs(v[y] + k->lambertian[y] * w[2] / RBF_PI - t);
+		total += area * fabs(t);
 	}
 	return total > 0 ? (float)(difference / total) : -1;
 }
@@ -452,14 +456,13 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 {
 	memset(out, 0, sizeof *out);
 	memset(k->outlier, 0, k->n);
-	*error = -1;
 	int failed = place(k, lobes) || equations(k, k->channels) || solve(k, out);
 	if (!failed && find_outliers(k, out)) {
 		rbf_lobes_free(out);
 		failed = rbf_equations_leave_out(&k->equations, k->outlier) || solve(k, out);
 	}
-	if (!failed)
-		*error = held_out_error(k->incidence, k->channels, k->lambertian, k->hold, out);
+	if (!failed && error)
+		*error = held_out_error(k, out);
 	forget(k);
 	return failed ? -1 : 0;
 }
@@ -469,7 +472,6 @@ int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian
 {
 	rbf_fitting *k = rbf_fit_begin(incidence, channels, lambertian, hold);
 	memset(out, 0, sizeof *out);
-	*error = -1;
 	const int failed = !k || rbf_fit_lobes(k, lobes, out, error);
 	rbf_fit_end(k);
 	return failed ? -1 : 0;
