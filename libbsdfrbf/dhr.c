@@ -14,7 +14,7 @@ static inline uint32_t piece_of(float x, uint32_t steps, float *rest)
 	return 2 * piece;
 }
 
-static void limit(uint32_t channels, float value[3])
+static inline void limit(uint32_t channels, float value[3])
 {
 	for (uint32_t n = 0; n < channels; n++)
 		value[n] = value[n] > 0 ? value[n] : 0; /* a quadratic piece may swing below */
@@ -94,21 +94,14 @@ int rbf_dhr_quick(const rbf_component *c, const float incident[3], float value[3
  * elements are counter-clockwise, so that outwards is to the right of the way from a to b. A point has a circle of latitude's. */
 typedef struct arc { float a[3], b[3], out[3]; int point; } arc;
 
-static void cross(const float a[3], const float b[3], float c[3])
+static inline void cross(const float a[3], const float b[3], float c[3])
 {
 	c[0] = a[1]*b[2] - a[2]*b[1];
 	c[1] = a[2]*b[0] - a[0]*b[2];
 	c[2] = a[0]*b[1] - a[1]*b[0];
 }
 
-static inline void scale(float v[3], float by)
-{
-	v[0] *= by;
-	v[1] *= by;
-	v[2] *= by;
-}
-
-static inline arc arc_of(const rbf_mesh *mesh, uint32_t border)
+static inline __attribute__((always_inline)) arc arc_of(const rbf_mesh *mesh, uint32_t border)
 {
 	arc r;
 	for (int n = 0; n < 3; n++) {
@@ -117,12 +110,9 @@ static inline arc arc_of(const rbf_mesh *mesh, uint32_t border)
 	}
 	const float e[3] = {r.b[0] - r.a[0], r.b[1] - r.a[1], r.b[2] - r.a[2]};
 	cross(e, r.a, r.out);
-	const float length2 = rbf_dot(r.out, r.out);
-	r.point = !(length2 > 0);
-	if (!r.point)
-		scale(r.out, 1 / sqrtf(length2));
-	else {
-		const float s = hypotf(r.a[0], r.a[1]);
+	r.point = !(rbf_dot(r.out, r.out) > 0);
+	if (r.point) {
+		const float s = sqrtf(r.a[0]*r.a[0] + r.a[1]*r.a[1]);
 		r.out[0] = s > 0 ? r.a[2] * r.a[0] / s : r.a[2];
 		r.out[1] = s > 0 ? r.a[2] * r.a[1] / s : 0;
 		r.out[2] = -s;
@@ -130,28 +120,29 @@ static inline arc arc_of(const rbf_mesh *mesh, uint32_t border)
 	return r;
 }
 
-/* Angle from p along the unit tangent g to the horizon. */
-static float to_horizon(const float p[3], const float g[3])
+/* Angle to the horizon from a point at height z along a tangent that sinks, both for a unit vector or times the same. */
+static inline float to_horizon(float z, float sinks)
 {
-	return rbf_max(rbf_upper_angle(p[2], -g[2]), 1e-4f);
+	return rbf_max(rbf_upper_angle(z, sinks), 1e-4f);
 }
 
-rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float weight[2], const float d[3])
+/* Where a direction lies beyond a border. Angles do not depend on lengths: none but those of the nearest point of the arc, *z, and of the way
+ * from it is worked out. */
+static inline __attribute__((always_inline)) rbf_dhr_polar beyond(const rbf_mesh *mesh, uint32_t border, const float weight[2],
+	const float d[3], float *z)
 {
 	const arc r = arc_of(mesh, border);
 	float p[3], g[3], along[3];
 	for (int n = 0; n < 3; n++)
 		p[n] = weight[0] * r.a[n] + weight[1] * r.b[n];
-	scale(p, 1 / sqrtf(rbf_dot(p, p)));
-	const float near = rbf_dot(d, p);
+	const float square = rbf_dot(p, p), length = sqrtf(square), toward = rbf_dot(d, p);
 	for (int n = 0; n < 3; n++)
-		g[n] = d[n] - near * p[n];
-	const float far = sqrtf(rbf_dot(g, g));
-	if (far > 0)
-		scale(g, 1 / far);
+		g[n] = d[n] * square - toward * p[n];
+	const float far = sqrtf(rbf_dot(g, g)), near = toward * length;
+	*z = p[2] / length;
 	cross(p, r.out, along);
 	const float outward = rbf_dot(g, r.out), forward = rbf_dot(g, along);
-	const float turn = rbf_upper_angle(fabsf(forward), outward) * (float)(1 / RBF_PI);
+	const float turn = rbf_upper_angle(fabsf(forward), outward * length) * (float)(1 / RBF_PI);
 	rbf_dhr_polar point = {0, 0};
 	if (weight[0] > 0 && weight[1] > 0)
 		point.around = outward < 0 ? 2 + weight[0] : weight[1];
@@ -160,13 +151,14 @@ rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float 
 	else
 		point.around = turn > 0 ? 4 - turn : 0;
 	if (far > 0)
-		point.out = rbf_min(rbf_upper_angle(far, near) / to_horizon(p, g), 1.f);
+		point.out = rbf_min(rbf_upper_angle(far, near) / to_horizon(p[2] * far, -g[2] * length), 1.f);
 	return point;
 }
 
 /* Start p, direction g (unit) and length up to the horizon of the line at `around`. */
 static float line_at(const arc *r, float around, float weight[2], float p[3], float g[3])
 {
+	const float unit = 1 / sqrtf(rbf_dot(r->out, r->out)); /* of r->out */
 	const int section = (int)around;
 	const float t = around - (float)section;
 	float along[3];
@@ -179,8 +171,8 @@ static float line_at(const arc *r, float around, float weight[2], float p[3], fl
 	const float turn = (float)RBF_PI * (section == 0 ? 0 : section == 1 ? t : section == 2 ? 1 : t - 1);
 	const float outward = cosf(turn), forward = sinf(turn);
 	for (int n = 0; n < 3; n++)
-		g[n] = outward * r->out[n] + forward * along[n];
-	return to_horizon(p, g);
+		g[n] = unit * (outward * r->out[n] + forward * along[n]);
+	return to_horizon(p[2], -g[2]);
 }
 
 void rbf_dhr_beyond_direction(const rbf_mesh *mesh, uint32_t border, rbf_dhr_polar point, float weight[2], float d[3])
@@ -199,29 +191,46 @@ float rbf_dhr_line(const rbf_mesh *mesh, uint32_t border, float around, float we
 	return line_at(&r, around, weight, p, direction);
 }
 
-void rbf_dhr_outside(const rbf_component *c, uint32_t border, const float weight[2], const float direction[3], float value[3], float edge[3],
-	float *trend)
+/* channels: as in inside() */
+static inline __attribute__((always_inline)) void outside(const rbf_component *c, uint32_t channels, uint32_t border, const float weight[2],
+	const float direction[3], rbf_dhr_edge *at)
 {
-	const uint32_t steps = c->dhr_steps, columns = steps + 1;
-	const float *table = c->dhr + ((size_t)c->mesh.elements * rbf_dhr_element_nodes(c) + (size_t)border * rbf_dhr_border_nodes(c)) * c->channels;
-	const rbf_dhr_polar point = rbf_dhr_beyond(&c->mesh, border, weight, direction);
+	const uint32_t steps = c->dhr_steps, columns = steps + 1, lines = 4 * steps;
+	const float *table = c->dhr + ((size_t)c->mesh.elements * rbf_dhr_element_nodes(c) + (size_t)border * rbf_dhr_border_nodes(c)) * channels;
 	float x, y, along[3], out[3];
-	const uint32_t row = piece_of(point.around * (float)steps, 4 * steps, &x), column = piece_of(point.out * (float)steps, steps, &y);
+	const rbf_dhr_polar point = beyond(&c->mesh, border, weight, direction, &at->z);
+	const uint32_t row = piece_of(point.around * (float)steps, lines, &x), column = piece_of(point.out * (float)steps, steps, &y);
+	const uint32_t third = row + 2 < lines ? row + 2 : 0; /* once around, the first line is the last one as well */
+	const float *line[3] = {table + (size_t)row * columns * channels, table + (size_t)(row + 1) * columns * channels,
+		table + (size_t)third * columns * channels};
 	rbf_quadratic(x, along);
 	rbf_quadratic(y, out);
-	*trend = 0;
-	for (uint32_t i = 0; i < 3 && c->trend; i++)
-		*trend += along[i] * c->trend[(size_t)border * 4 * steps + (row + i) % (4 * steps)];
-	*trend *= point.out * (2 - point.out);
-	for (uint32_t n = 0; n < c->channels; n++) {
-		value[n] = edge[n] = 0;
-		for (uint32_t i = 0; i < 3; i++) {
-			const float *line = table + (size_t)((row + i) % (4 * steps) * columns) * c->channels + n;
-			edge[n] += along[i] * line[0];
-			for (uint32_t k = 0; k < 3; k++)
-				value[n] += along[i] * out[k] * line[(column + k) * c->channels];
+	at->trend = 0;
+	if (c->trend) {
+		const float *trend = c->trend + (size_t)border * lines;
+		at->trend = (along[0] * trend[row] + along[1] * trend[row + 1] + along[2] * trend[third]) * point.out * (2 - point.out);
+	}
+	for (uint32_t n = 0; n < channels; n++) {
+		at->value[n] = at->edge[n] = 0;
+		for (int i = 0; i < 3; i++) {
+			const float *a = line[i] + n, *b = a + (size_t)column * channels;
+			at->edge[n] += along[i] * a[0];
+			at->value[n] += along[i] * (out[0] * b[0] + out[1] * b[channels] + out[2] * b[2 * channels]);
 		}
 	}
-	limit(c->channels, value);
-	limit(c->channels, edge);
+	limit(channels, at->value);
+	limit(channels, at->edge);
+}
+
+RBF_CLONES static void outside_any(const rbf_component *c, uint32_t border, const float weight[2], const float direction[3], rbf_dhr_edge *at)
+{
+	if (c->channels == 1)
+		outside(c, 1, border, weight, direction, at);
+	else
+		outside(c, 3, border, weight, direction, at);
+}
+
+void rbf_dhr_outside(const rbf_component *c, uint32_t border, const float weight[2], const float direction[3], rbf_dhr_edge *at)
+{
+	outside_any(c, border, weight, direction, at);
 }

@@ -44,22 +44,27 @@ static inline void rbf_quadratic(float t, float weight[3])
 /* A point beyond a border: `around` in [0, 4), `out` in [0, 1] (0: the arc, 1: the horizon). */
 typedef struct rbf_dhr_polar { float around, out; } rbf_dhr_polar;
 
-/* weight: of the border's ends at the nearest point of its arc (rbf_mesh_locate). */
-rbf_dhr_polar rbf_dhr_beyond(const rbf_mesh *mesh, uint32_t border, const float weight[2], const float direction[3]);
-
-/* Back: the direction of a point, and its weights. */
+/* The direction of a point, and the weights of the border's ends at the nearest point of its arc. */
 void rbf_dhr_beyond_direction(const rbf_mesh *mesh, uint32_t border, rbf_dhr_polar point, float weight[2], float direction[3]);
 
 /* The line of points with the same `around`: weights of the arc's ends where it starts, and its unit direction there (along
  * the arc's outward normal if `around` < 1). Returns its length, up to the horizon. */
 float rbf_dhr_line(const rbf_mesh *mesh, uint32_t border, float around, float weight[2], float direction[3]);
 
-/* Values of the table, times max(cos, RBF_DHR_Z): inside an element, or beyond a border and (edge) at the nearest point of it.
- * trend: by how much ln DHR should have changed since there, as far as the incidences within tell (trend.h). */
+/* Values of the table, times max(cos, RBF_DHR_Z), inside an element. */
 void rbf_dhr_inside(const rbf_component *component, uint32_t element, const float weight[3], float value[3]);
 
 /* DHR at an incident direction (unit, z > 0, not folded) that is found inside the mesh at once; 0: look further. */
 int rbf_dhr_quick(const rbf_component *component, const float incident[3], float value[3]);
-void rbf_dhr_outside(const rbf_component *component, uint32_t border, const float weight[2], const float direction[3],
-	float value[3], float edge[3], float *trend);
+
+/* What the table holds for a direction beyond a border. */
+typedef struct rbf_dhr_edge {
+	float value[3]; /* times max(cos, RBF_DHR_Z) */
+	float edge[3];  /* the same at the nearest point of the border */
+	float z;        /* of that point */
+	float trend;    /* by how much ln DHR should have changed since there, as far as the incidences within tell (trend.h) */
+} rbf_dhr_edge;
+
+/* weight: of the border's ends at the nearest point of its arc (rbf_mesh_locate()). */
+void rbf_dhr_outside(const rbf_component *component, uint32_t border, const float weight[2], const float direction[3], rbf_dhr_edge *at);
 #endif

@@ -12,7 +12,7 @@ typedef struct place {
 	float weight[3];
 } place;
 
-static int on_edge(const rbf_mesh *mesh, const place *p)
+static inline __attribute__((always_inline)) int on_edge(const rbf_mesh *mesh, const place *p)
 {
 	if (!(p->quality > -INFINITY))
 		return 0;
@@ -26,7 +26,7 @@ static int on_edge(const rbf_mesh *mesh, const place *p)
 }
 
 /* Weights in an element, normalised but not clipped. */
-static inline void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
+static inline __attribute__((always_inline)) void try_element(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
 {
 	const rbf_element *e = &mesh->element[index];
 	const float w0 = rbf_dot(e->inverse[0], d), w1 = rbf_dot(e->inverse[1], d), w2 = rbf_dot(e->inverse[2], d);
@@ -37,7 +37,7 @@ static inline void try_element(const rbf_mesh *mesh, uint32_t index, const float
 	*best = (place){ index, lowest * scale, { w0 * scale, w1 * scale, w2 * scale } };
 }
 
-static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place *best)
+static inline __attribute__((always_inline)) void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place *best)
 {
 	const rbf_element *e = &mesh->element[index];
 	const float t = (theta - e->inverse[0][0]) * e->inverse[0][1];
@@ -49,33 +49,30 @@ static void try_segment(const rbf_mesh *mesh, uint32_t index, float theta, place
 /* The nearest point of the arc from a to b: the direction's projection onto the arc's plane, p ~ u a + v b, or an end.
  * With e = b - a and q = |e|^2 / 2 = 1 - a.b the coefficients are u = q (d.b) - d.e and v = q (d.a) + d.e up to a common
  * factor. Written with differences of directions, which are exact, they stay accurate on short arcs: the lengths of rounded unit
- * vectors differ by more than a direction's way along an arc of .1 degrees. */
-static void try_border(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
+ * vectors differ by more than a direction's way along an arc of .1 degrees. The same goes for the way across, (d - a).n with n = e x a.
+ * Which border is nearest, and whether at an end, cannot be foreseen: nothing branches on it. */
+static inline __attribute__((always_inline)) void try_border(const rbf_mesh *mesh, uint32_t index, const float d[3], place *best)
 {
 	const float *a = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[index][0])].direction;
 	const float *b = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[index][1])].direction;
-	const float e[3] = { b[0] - a[0], b[1] - a[1], b[2] - a[2] };
-	const float from_a[3] = { d[0] - a[0], d[1] - a[1], d[2] - a[2] }, from_b[3] = { d[0] - b[0], d[1] - b[1], d[2] - b[2] };
+	const float e[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+	const float from_a[3] = {d[0] - a[0], d[1] - a[1], d[2] - a[2]}, from_b[3] = {d[0] - b[0], d[1] - b[1], d[2] - b[2]};
+	const float n[3] = {e[1]*a[2] - e[2]*a[1], e[2]*a[0] - e[0]*a[2], e[0]*a[1] - e[1]*a[0]};
 	const float half_q = .25f * rbf_dot(e, e), da = rbf_dot(from_a, from_a), db = rbf_dot(from_b, from_b);
-	float u = -rbf_dot(from_b, e) - half_q * db, v = rbf_dot(from_a, e) - half_q * da;
-	if (!(u > 0) || !(v > 0)) {
-		u = da <= db ? 1 : 0;
-		v = 1 - u;
-	}
-	const float scale = 1 / (u + v);
-	u *= scale;
-	v *= scale;
-	float p[3];
-	for (int i = 0; i < 3; i++)
-		p[i] = u * a[i] + v * b[i];
-	const float length = sqrtf(rbf_dot(p, p));
-	const float gap[3] = { d[0] * length - p[0], d[1] * length - p[1], d[2] * length - p[2] };
-	const float quality = length > 0 ? -rbf_dot(gap, gap) / (length * length) : -4;
-	if (quality > best->quality)
-		*best = (place){ RBF_MESH_BORDER | index, quality, { u, v, 0 } };
+	const float u = -rbf_dot(from_b, e) - half_q * db, v = rbf_dot(from_a, e) - half_q * da;
+	/* square of the chord, 2 (1 - cos) with sin = across / |n| */
+	const float across = rbf_dot(from_a, n), square = across * across, n2 = rbf_dot(n, n);
+	const float chord2 = 2 * square / (n2 + sqrtf(n2 * rbf_max(n2 - square, 0)));
+	const int between = (u > 0) & (v > 0), at_a = da <= db;
+	const float quality = between ? -chord2 : at_a ? -da : -db;
+	const int nearer = quality > best->quality;
+	best->item = nearer ? RBF_MESH_BORDER | index : best->item;
+	best->quality = nearer ? quality : best->quality;
+	best->weight[0] = nearer ? between ? u : (float)at_a : best->weight[0];
+	best->weight[1] = nearer ? between ? v : (float)!at_a : best->weight[1];
 }
 
-static uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[3], float weight[3])
+static inline __attribute__((always_inline)) uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[3], float weight[3])
 {
 	float sum = 0;
 	rbf_bound_corners(mesh, best->item, corner);
@@ -90,7 +87,7 @@ static uint32_t finish(const rbf_mesh *mesh, const place *best, uint32_t corner[
 }
 
 /* Without the locator: for directions that are not in the fundamental domain, whose cells are empty. */
-static void search_all(const rbf_mesh *mesh, const float d[3], float theta, place *element, place *border)
+static inline __attribute__((always_inline)) void search_all(const rbf_mesh *mesh, const float d[3], float theta, place *element, place *border)
 {
 	for (uint32_t i = 0; i < mesh->elements; i++)
 		if (mesh->symmetry == RBF_ISOTROPIC)
@@ -102,7 +99,7 @@ static void search_all(const rbf_mesh *mesh, const float d[3], float theta, plac
 }
 
 /* Any direction, by all that its cell lists. */
-static uint32_t search_cell(const rbf_mesh *mesh, const float d[3], float theta, uint32_t k, uint32_t last,
+static inline __attribute__((always_inline)) uint32_t search_cell(const rbf_mesh *mesh, const float d[3], float theta, uint32_t k, uint32_t last,
 	uint32_t corner[3], float weight[3])
 {
 	const int isotropic = mesh->symmetry == RBF_ISOTROPIC;
@@ -129,7 +126,8 @@ static uint32_t search_cell(const rbf_mesh *mesh, const float d[3], float theta,
 	return finish(mesh, &element, corner, weight);
 }
 
-uint32_t rbf_mesh_search(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+/* A direction that rbf_mesh_inside() does not find. */
+RBF_CLONES static uint32_t search(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
 {
 	uint32_t first, last;
 	float theta = 0;
@@ -137,17 +135,21 @@ uint32_t rbf_mesh_search(const rbf_mesh *mesh, const float d[3], uint32_t corner
 	return search_cell(mesh, d, theta, first, last, corner, weight);
 }
 
-RBF_CLONES static uint32_t locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
+uint32_t rbf_mesh_search(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
 {
-	const uint32_t item = rbf_mesh_inside(mesh, d, weight);
-	if (item != RBF_MESH_NO_ELEMENT) {
-		rbf_bound_corners(mesh, item, corner);
-		return item;
-	}
-	return rbf_mesh_search(mesh, d, corner, weight);
+	return search(mesh, d, corner, weight);
+}
+
+RBF_CLONES static uint32_t inside(const rbf_mesh *mesh, const float d[3], float weight[3])
+{
+	return rbf_mesh_inside(mesh, d, weight);
 }
 
 uint32_t rbf_mesh_locate(const rbf_mesh *mesh, const float d[3], uint32_t corner[3], float weight[3])
 {
-	return locate(mesh, d, corner, weight);
+	const uint32_t item = inside(mesh, d, weight);
+	if (item == RBF_MESH_NO_ELEMENT)
+		return search(mesh, d, corner, weight);
+	rbf_bound_corners(mesh, item, corner);
+	return item;
 }

@@ -87,17 +87,12 @@ void rbf_site_turn(const rbf_component *c, const float incident[3], rbf_site *si
 static float scale_outside(const rbf_component *c, uint32_t border, const float weight[3], const float incident[3], float value[3])
 {
 	const uint32_t y = rbf_luminance(c->channels);
-	const float *a = c->mesh.vertex[rbf_bound_vertex(&c->mesh, c->mesh.border[border][0])].direction;
-	const float *b = c->mesh.vertex[rbf_bound_vertex(&c->mesh, c->mesh.border[border][1])].direction;
-	float nearest[3], edge[3], trend;
-	for (int n = 0; n < 3; n++)
-		nearest[n] = weight[0] * a[n] + weight[1] * b[n];
-	rbf_normalize(nearest);
-	rbf_dhr_outside(c, border, weight, incident, value, edge, &trend);
-	const float wanted = edge[y] * rbf_max(incident[2], RBF_DHR_Z) * expf(trend), here = value[y] * rbf_max(nearest[2], RBF_DHR_Z);
+	rbf_dhr_edge at;
+	rbf_dhr_outside(c, border, weight, incident, &at);
+	const float wanted = at.edge[y] * rbf_max(incident[2], RBF_DHR_Z) * expf(at.trend), here = at.value[y] * rbf_max(at.z, RBF_DHR_Z);
 	const float scale = here > 0 ? rbf_min(wanted / here, OUTSIDE_GAIN) : 1;
 	for (uint32_t n = 0; n < c->channels; n++)
-		value[n] *= scale;
+		value[n] = at.value[n] * scale;
 	return scale;
 }
 
