@@ -77,10 +77,6 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 				block[at / RBF_LANES].z[at % RBF_LANES] = 1;
 		}
 	}
-	if (rbf_draws_make(c)) {
-		rbf_assemble_release(c);
-		return -1;
-	}
 	return 0;
 }
 
@@ -191,7 +187,7 @@ int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 {
 	const size_t cells = RBF_CULL_CELLS;
 	uint64_t *wide = malloc((c->sets * cells + 1) * sizeof *wide), *cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *cull);
-	if (!wide || !cull || (reach > 0 && rbf_draws_make(c))) {
+	if (!wide || !cull || rbf_draws_make(c)) {
 		free(wide);
 		free(cull);
 		return -1;

@@ -61,32 +61,49 @@ VALIDITY(valid_turn, rbf_turn_forward)
 VALIDITY(valid_half, rbf_half_forward)
 VALIDITY(valid_shift, rbf_shift_forward)
 
-RBF_CLONES static void divide(int steps, const float *restrict own, const float *restrict total, float *restrict share)
+/* What a corner's share comes to, weighted, where it is at most `most`, and its weight where it is less. */
+RBF_CLONES static void give(int steps, const float *restrict valid, const float *restrict total, float weight, float most,
+	float *restrict given, float *restrict open)
 {
-	EACH
-		share[i] = rbf_min(own[i] / total[i], RBF_VALID_GAIN);
+	EACH {
+		const float share = valid[i] / total[i];
+		given[i] += weight * rbf_min(share, most);
+		open[i] += share < most ? weight : 0;
+	}
+}
+
+RBF_CLONES static void take(int steps, const float *restrict valid, const float *restrict total, float most, const float *restrict given,
+	const float *restrict open, float *restrict share)
+{
+	EACH {
+		const float own = valid[i] / total[i], left = rbf_max(1 - given[i], 0) / rbf_max(open[i], RBF_SHARE_OPEN);
+		share[i] = rbf_min(own + (own < most ? left : 0), most);
+	}
 }
 
 void rbf_carry_shares(const rbf_site *site, uint32_t corner, uint32_t frame, int count, const rbf_carry_row e[3], rbf_carry_row share)
 {
 	const int steps = steps_of(count);
-	rbf_carry_row total, own, other;
+	const enum rbf_map_kind kind = site->fan[frame].kind;
+	const float most = rbf_share_most(kind);
+	rbf_carry_row total, valid[3], given, open;
 	EACH
-		total[i] = 0;
+		total[i] = given[i] = open[i] = 0;
 	for (uint32_t k = 0; k < site->corners; k++) {
-		float *valid = k == corner ? own : other;
 		rbf_warp warp;
 		rbf_site_warp(site, k, frame, &warp);
-		switch (warp.kind) {
-		case RBF_KIND_TURN: valid_turn(&warp, steps, e, site->weight[k], total, valid); break;
-		case RBF_KIND_HALF: valid_half(&warp, steps, e, site->weight[k], total, valid); break;
-		case RBF_KIND_SHIFT: valid_shift(&warp, steps, e, site->weight[k], total, valid); break;
+		switch (kind) {
+		case RBF_KIND_TURN: valid_turn(&warp, steps, e, site->weight[k], total, valid[k]); break;
+		case RBF_KIND_HALF: valid_half(&warp, steps, e, site->weight[k], total, valid[k]); break;
+		case RBF_KIND_SHIFT: valid_shift(&warp, steps, e, site->weight[k], total, valid[k]); break;
 		default:
 			EACH {
-				valid[i] = 1;
+				valid[k][i] = 1;
 				total[i] += site->weight[k];
 			}
 		}
 	}
-	divide(steps, own, total, share);
+	for (uint32_t k = 0; k < site->corners; k++)
+		give(steps, valid[k], total, site->weight[k], most, given, open);
+	take(steps, valid[corner], total, most, given, open, share);
 }

@@ -3,8 +3,8 @@
  * Tables by which sample.c draws a lobe: for each set, running sums of a bound of every lobe's part, in 1/65535 of their total.
  *
  *   MASS   m, the lobe's luminance, sr
- *   BAND   m b (1 + S T): b, the part of the lobe that may lie in the band above the horizon where one corner can take over from
- *          another (set.band); S, the largest sine between the measured incidence and one that it serves
+ *   BAND   m b (1 + S T): b, the part of the lobe that may lie where its corner takes over from another (takeover.h), in the band above
+ *          the horizon (set.band); S, the largest sine between the measured incidence and one that it serves
  *   SLANT  m T: T bounds the slope of the half map's change of solid angle for directions of the lobe
  *
  * Shares are rounded up, so that they stay bounds. A lobe of share q in a table has the bound q unit, unit = set.unit[table].
@@ -22,6 +22,7 @@ enum { RBF_DRAW_MASS, RBF_DRAW_BAND, RBF_DRAW_SLANT };
 /* What the bounds of a lobe depend on, angles in radians. */
 typedef struct rbf_reach {
 	unsigned map;
+	const rbf_linear *linear; /* of a learned one */
 	float base[3];       /* measured incidence */
 	float margin;        /* largest angle to a neighbouring vertex, as rbf_map_margin() */
 	float beyond;        /* largest angle to an incident direction that the base serves */

@@ -14,8 +14,13 @@ static inline __attribute__((always_inline)) rbf_lanes shares_at(const rbf_site 
 	rbf_lanes v = z * (1 / RBF_VALID_Z);
 	v = rbf_lanes_min(rbf_lanes_max(v, rbf_lanes_all(RBF_VALID_LEAST)), rbf_lanes_all(1));
 	v *= v;
-	const rbf_lanes weighted = v * rbf_lanes_load(site->weight);
-	return rbf_lanes_min(v * (1 / (weighted[0] + weighted[1] + weighted[2])), rbf_lanes_all(RBF_VALID_GAIN));
+	/* rbf_share_most(), all times the sum of validities and the weight of those below: one division. A lane without a corner weighs nothing */
+	const rbf_lanes weight = rbf_lanes_load(site->weight), most = rbf_lanes_all(rbf_share_most(site->fan[frame].kind));
+	const rbf_lanes total = rbf_lanes_sum(v * weight), limit = most * total;
+	const rbf_lane_mask below = v < limit;
+	const rbf_lanes left = rbf_lanes_sum(weight * rbf_lanes_max(v - limit, rbf_lanes_all(0)));
+	const rbf_lanes open = rbf_lanes_max(rbf_lanes_sum((rbf_lanes)((rbf_lane_mask)weight & below)), rbf_lanes_all(RBF_SHARE_OPEN));
+	return rbf_lanes_min((v * open + (rbf_lanes)((rbf_lane_mask)left & below)) * (1 / (total * open)), most);
 }
 
 RBF_CLONES static void shares_alone(const rbf_site *site, uint32_t frame, const float exitant[3], float share[RBF_FAN])

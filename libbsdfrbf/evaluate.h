@@ -7,8 +7,6 @@
 
 /* Exitant directions closer to the horizon than this z have their value limited, so that f stays finite. */
 #define RBF_HORIZON_Z 0.01f
-/* Largest gain that a corner can take over from corners whose mapped direction is less valid (map.h). */
-#define RBF_VALID_GAIN 2.f
 
 #define RBF_SITE_JOBS (3 * RBF_MAX_FRAMES)
 
@@ -54,7 +52,7 @@ void rbf_site_turn(const rbf_component *component, const float incident[3], rbf_
 void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3]);
 void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[3]);
 
-/* Shares v_kf / sum_l w_l v_lf of the corners in one frame for folded exitant direction, limited to RBF_VALID_GAIN. */
+/* Shares of the corners (map.h) in one frame for a folded exitant direction. */
 void rbf_site_shares(const rbf_site *site, uint32_t frame, const float exitant[3], float share[RBF_FAN]);
 
 /* The map of one corner and frame. */

@@ -62,6 +62,17 @@ static inline rbf_lanes rbf_lanes_sqrt(rbf_lanes v)
 #endif
 }
 
+/* The sum of all four, in each. */
+static inline rbf_lanes rbf_lanes_sum(rbf_lanes v)
+{
+#if defined(__SSE2__)
+	const __m128 pairs = _mm_add_ps((__m128)v, _mm_shuffle_ps((__m128)v, (__m128)v, _MM_SHUFFLE(2, 3, 0, 1)));
+	return (rbf_lanes)_mm_add_ps(pairs, _mm_shuffle_ps(pairs, pairs, _MM_SHUFFLE(1, 0, 3, 2)));
+#else
+	return rbf_lanes_all((v[0] + v[1]) + (v[2] + v[3]));
+#endif
+}
+
 static inline rbf_lanes rbf_lanes_abs(rbf_lanes v)
 {
 	return (rbf_lanes)((rbf_lane_mask)v & 0x7fffffff);

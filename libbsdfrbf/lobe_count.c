@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * Lobes cost: bytes, and time of everything that follows. Their number is doubled as long as that takes a tenth off the error against
- * held-out samples, noise included, and halved where that adds less than half as much.
+ * held-out samples, noise included, and halved where that adds next to nothing.
  */
 #include "lobe_count.h"
 
 enum { HOLD = 8, START = 150, MOST = 600 };
-static const float GAIN = .9f, LOSS = 1.05f;
+static const float GAIN = .9f, SAME = 1.005f;
 
 /* Error against held-out samples with a number of lobes. */
 static int try_lobes(rbf_fitting *fitting, uint32_t lobes, float *error)
@@ -32,7 +32,7 @@ static int from_samples(const rbf_incidence *in, int channels, const float lambe
 	}
 	if (!failed && *lobes == START) {
 		failed = try_lobes(fitting, START / 2, &next);
-		if (!failed && next < LOSS * *error) {
+		if (!failed && next < SAME * *error) {
 			*lobes = START / 2;
 			*error = next;
 		}

@@ -287,6 +287,14 @@ static inline float rbf_validity(float mapped_z)
 	return v * v;
 }
 
+/* Corners share a direction by their validity v, as v_k / sum w_l v_l, but at most so much, where one takes over from others; what is then left
+ * of 1 goes to those below that alike. Turned, what comes from below the horizon is less certain; shifted or from facets, it is none. */
+static inline float rbf_share_most(enum rbf_map_kind kind)
+{
+	return kind == RBF_KIND_TURN ? 1.5f : 2.f;
+}
+#define RBF_SHARE_OPEN 1e-6f /* weight of those below, at least */
+
 /* Takes exitant p at k back to out at i. Returns g times the change of solid angle d(out)/d(p), the factor by which
  * the map changes a lobe's energy here; 0 if nothing corresponds. Never above rbf_warp_bound(). */
 static inline float rbf_warp_inverse(const rbf_warp *w, const float p[3], float out[3])

@@ -2,7 +2,7 @@
 /*
  * The evaluated density is a sum of terms: corner k, frame f, lobe j. Each is
  *     w_k s_k F  times the lobe,  F <= gain_kf (1 + sin(i,k) T_j),
- * s_k the share of the corner among corners (1, but at most RBF_VALID_GAIN = 2 where it takes over from less valid ones), F the factor of
+ * s_k the share of the corner among corners (1, but at most rbf_share_most() where it takes over from less valid ones), F the factor of
  * the map, T_j the slope of the half map's change of solid angle. A lobe is drawn by its part of that bound, a direction is drawn
  * from the lobe, carried back through the map, and kept with the probability true term / bound: what is kept is distributed exactly as
  * the sum, whatever the overlaps (thinning). min(s_k, 1) and the excess s_k - 1 are separate terms: only what lies in a band above the
@@ -146,15 +146,15 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
 	for (uint32_t f = 0; f < c->frames; f++)
 		heights(site, f, &sampler->clear[f], &sampler->band[f]);
 	for (uint32_t k = 0; k < site->corners; k++) {
-		sampler->excess[k] = rbf_min(1.f, 1 / site->weight[k] - 1); /* a share is at most 1 over the weight */
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
+			const float excess = rbf_min(rbf_share_most(site->fan[f].kind), 1 / site->weight[k]) - 1; /* weights times shares come to 1 */
 			const float each = site->weight[k] * site->fan[f].gain[k] * RBF_DRAW_TOTAL;
-			const float of[3] = {each * set->unit[0], each * set->unit[1] * sampler->excess[k], each * set->unit[2] * site->fan[f].sine[k]};
+			const float of[3] = {each * set->unit[0], each * set->unit[1] * excess, each * set->unit[2] * site->fan[f].sine[k]};
 			for (uint32_t t = 0; t < tables; t++) {
 				const float sum = total + of[t];
 				const double share = (double)sum - (double)total;
-				sampler->part[parts] = (struct rbf_sampler_part){set, RBF_DRAW_TOTAL / share, (uint8_t)k, (uint8_t)f, (uint8_t)t};
+				sampler->part[parts] = (struct rbf_sampler_part){set, RBF_DRAW_TOTAL / share, excess, (uint8_t)k, (uint8_t)f, (uint8_t)t};
 				sampler->running[parts] = (double)sum;
 				const int some = (share > 0) & (set->blocks > 0); /* else the next one takes its place */
 				total = some ? sum : total;
@@ -171,9 +171,9 @@ static inline double clamped(double u)
 	return u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
 }
 
-/* What a lobe's bounds come to at a site (integral: of the lobe): luminance, the bound of that with the factor of the map, and the bound
- * in the band. */
-typedef struct bounds { float mass, whole, band; } bounds;
+/* What a lobe's bounds come to at a site (integral: of the lobe): luminance; the bound of that with the factor of the map, and what it would
+ * be if shares were not rounded up, at least; and the bound in the band. */
+typedef struct bounds { float mass, whole, band, least; } bounds;
 
 static inline bounds bounds_at(const rbf_component *c, const struct rbf_sampler_part *part, float sine, uint32_t at, float integral)
 {
@@ -183,8 +183,12 @@ static inline bounds bounds_at(const rbf_component *c, const struct rbf_sampler_
 	const uint16_t *running = c->draws + (size_t)set->first * RBF_LANES;
 	bounds b = {.mass = integral * c->amplitude[(size_t)rbf_luminance(c->channels) * c->blocks + block].a[at % RBF_LANES],
 		.whole = set->unit[RBF_DRAW_MASS] * (float)share_at(running, at)};
-	if (sine > 0)
-		b.whole += sine * set->unit[RBF_DRAW_SLANT] * (float)share_at(running + RBF_DRAW_SLANT * lanes, at);
+	b.least = b.mass;
+	if (sine > 0) {
+		const uint32_t share = share_at(running + RBF_DRAW_SLANT * lanes, at);
+		b.whole += sine * set->unit[RBF_DRAW_SLANT] * (float)share;
+		b.least += sine * set->unit[RBF_DRAW_SLANT] * (float)(share ? share - 1 : 0);
+	}
 	if (part->table == RBF_DRAW_BAND)
 		b.band = set->unit[RBF_DRAW_BAND] * (float)share_at(running + RBF_DRAW_BAND * lanes, at);
 	return b;
@@ -228,13 +232,13 @@ static inline __attribute__((always_inline)) int choose(const rbf_site *site, co
 	const bounds bound = bounds_at(c, part, fan->sine[k], low, (float)(2 * RBF_PI) * (1 - l->far) / l->kappa);
 	l->keep = bound.mass / (bound.whole * fan->gain[k]);
 	if (part->table == RBF_DRAW_BAND) {
-		l->gap = rbf_max(rbf_lobe_gap(c->block[block].z[lane], l->kappa, part->set->band),
-			rbf_lobe_gap(l->centre[2], l->kappa, sampler->band[frame]));
+		const float inside = bound.band < bound.least && !(l->far > 0) ? rbf_minus_log(bound.band / bound.least) / l->kappa * .999f : 0;
+		l->gap = rbf_max(inside, rbf_lobe_gap(l->centre[2], l->kappa, sampler->band[frame]));
 		const float some = expf(-l->kappa * l->gap) * bound.whole / bound.band;
 		taken = rbf_uniform(state) < (double)some;
 		if (early && !taken)
 			return 0;
-		l->keep *= rbf_max(some, 1.f) / sampler->excess[k];
+		l->keep *= rbf_max(some, 1.f) / part->excess;
 	}
 	rbf_split_number(rest, &l->a, &l->b);
 	return taken;

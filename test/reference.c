@@ -37,6 +37,7 @@
 #define rbf_warp_forward double_warp_forward
 #define rbf_warp_inverse double_warp_inverse
 #define rbf_validity double_validity
+#define rbf_share_most double_share_most
 #define rbf_warp_bound double_warp_bound
 #define rbf_shift_factor double_shift_factor
 #define rbf_turn_forward double_turn_forward
@@ -109,6 +110,21 @@ static void lobes(const rbf_site *site, uint32_t k, uint32_t frame, const double
 		}
 }
 
+/* Corner k's share (map.h) among corners of some validity. */
+static double share_of(const double *valid, const float *weight, uint32_t corners, uint32_t k, double most)
+{
+	double total = 0, left = 1, open = 0;
+	for (uint32_t n = 0; n < corners; n++)
+		total += (double)weight[n] * valid[n];
+	for (uint32_t n = 0; n < corners; n++) {
+		const double share = valid[n] / total;
+		left -= (double)weight[n] * fmin(share, most);
+		open += share < most ? (double)weight[n] : 0;
+	}
+	const double own = valid[k] / total;
+	return fmin(own + (own < most ? fmax(left, 0) / fmax(open, 1e-6) : 0), most);
+}
+
 void reference_dsf(const void *of, const float exitant[3], double value[3])
 {
 	const rbf_site *site = of;
@@ -117,7 +133,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 	value[0] = value[1] = value[2] = 0;
 	for (uint32_t f = 0; f < c->frames; f++) {
 		struct double_warp warp[3];
-		double share[3], factor[3], mapped[3][3], total = 0, gain = 0;
+		double valid[3], factor[3], mapped[3][3], gain = 0;
 		for (uint32_t k = 0; k < site->corners; k++) {
 			double i[3], to[3];
 			for (int n = 0; n < 3; n++) {
@@ -130,11 +146,10 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 		for (uint32_t k = 0; k < site->corners; k++) {
 			warp[k].gain /= sqrt(gain);
 			factor[k] = double_warp_forward(&warp[k], o, mapped[k]);
-			share[k] = warp[k].kind == DOUBLE_KIND_FIXED ? 1 : double_validity(mapped[k][2]);
-			total += (double)site->weight[k] * share[k];
+			valid[k] = warp[k].kind == DOUBLE_KIND_FIXED ? 1 : double_validity(mapped[k][2]);
 		}
 		for (uint32_t k = 0; k < site->corners; k++) {
-			const double w = (double)site->weight[k] * fmin(share[k] / total, (double)RBF_VALID_GAIN) * factor[k];
+			const double w = (double)site->weight[k] * share_of(valid, site->weight, site->corners, k, double_share_most(warp[k].kind)) * factor[k];
 			double sum[3];
 			lobes(site, k, f, mapped[k], sum);
 			for (uint32_t n = 0; n < c->channels && w > 0; n++)

@@ -8,6 +8,7 @@
 
 #include "model_fixture.h"
 #include "sample.h"
+#include "takeover.h"
 
 static void random_direction(uint64_t *seed, float low, float d[3])
 {
@@ -166,6 +167,60 @@ static void bound_holds(void **state)
 		}
 }
 
+/* z at l of the direction that a site at i sees where k has d; 2: none is seen. */
+static float seen_from(unsigned map, const float i[3], const float k[3], const float l[3], const float d[3])
+{
+	rbf_warp to_k, to_l;
+	float o[3], at[3];
+	rbf_warp_set(&to_k, map, &learned, i, k);
+	rbf_warp_set(&to_l, map, &learned, i, l);
+	if (!(rbf_warp_inverse(&to_k, d, o) > 0) || !(o[2] > .001f))
+		return 2;
+	rbf_warp_forward(&to_l, o, at);
+	return at[2];
+}
+
+/* No site in the triangle of k, l and a third sees k take over from l nearer than the bound says; and the bound is worth something. */
+static void where_corners_take_over(void **state)
+{
+	(void)state;
+	uint64_t seed = 6;
+	for (unsigned map = 1; map < RBF_MAPS; map++) {
+		int over = 0, worth = 0, tried = 0;
+		for (int n = 0; n < 4000; n++) {
+			float k[3], l[3], m[3], i[3], c[3], mirrored[3];
+			random_direction(&seed, .1f, k);
+			random_near(&seed, k, .4, l);
+			random_near(&seed, k, .4, m);
+			random_direction(&seed, 0, c);
+			const double u = random_unit(&seed), v = (1 - u) * random_unit(&seed);
+			for (int a = 0; a < 3; a++)
+				i[a] = (float)(u * (double)l[a] + v * (double)m[a] + (1 - u - v) * (double)k[a]);
+			rbf_normalize(i);
+			rbf_neighbour near = {.op = n % 4, .twist = .1f};
+			memcpy(near.k, k, sizeof k);
+			memcpy(near.l, l, sizeof l);
+			rbf_mirror(near.op, c, mirrored);
+			const float bound = rbf_takeover_angle(&near, map, &learned, mirrored);
+			worth += bound > .1f;
+			tried++;
+			for (int s = 0; s < 60 && bound > 0; s++) {
+				const double axis[3] = {(double)c[0], (double)c[1], (double)c[2]};
+				double near_c[3];
+				around_axis(axis, fmin((double)bound, 3) * sqrt(random_unit(&seed)), 2 * RBF_PI * random_unit(&seed), near_c);
+				const float d[3] = {(float)near_c[0], (float)near_c[1], (float)near_c[2]};
+				if (!(d[2] > 0))
+					continue;
+				const float z = seen_from(map, i, k, l, d);
+				if (z < RBF_VALID_Z - 1e-4f && z < d[2] - 1e-4f)
+					fail_msg("%s: takes over with z %g from %g, nearer than %g rad", rbf_map_name(map), (double)d[2], (double)z, (double)bound);
+				over++;
+			}
+		}
+		assert_true(over > 10000 && worth > tried / 4);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -173,6 +228,7 @@ int main(void)
 		cmocka_unit_test(there_and_back),
 		cmocka_unit_test(factor_is_value_times_solid_angle),
 		cmocka_unit_test(bound_holds),
+		cmocka_unit_test(where_corners_take_over),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
