@@ -5,6 +5,9 @@
  */
 #include "takeover.h"
 
+#include <stdlib.h>
+#include <string.h>
+
 #define SAFE 1e-3f /* rad, for rounding */
 
 static float angle_from_sine(float sine)
@@ -67,4 +70,59 @@ float rbf_takeover_angle(const rbf_neighbour *n, unsigned map, const rbf_linear 
 	default: return INFINITY;
 	}
 	return angle > SAFE ? angle - SAFE : 0; /* also for what is not a number */
+}
+
+/* Solid angle of the triangle of three directions, or for two of them of what lies between their arc and the horizon, somewhat more: the
+ * angle by which ways around it turn. */
+static float area(const float *a, const float *b, const float *c)
+{
+	const float e[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+	if (!c)
+		return 1.2f * sqrtf(rbf_dot(e, e)) * asinf(rbf_min(rbf_max(rbf_max(a[2], b[2]), 0), 1));
+	const float f[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+	const float x = e[1]*f[2] - e[2]*f[1], y = e[2]*f[0] - e[0]*f[2], z = e[0]*f[1] - e[1]*f[0];
+	return .6f * sqrtf(x*x + y*y + z*z);
+}
+
+void rbf_neighbours_free(rbf_neighbours *n)
+{
+	free(n->first);
+	free(n->of);
+}
+
+int rbf_neighbours_find(const rbf_mesh *mesh, rbf_neighbours *n)
+{
+	const int chain = mesh->symmetry == RBF_ISOTROPIC;
+	uint32_t all = 0;
+	n->first = calloc((size_t)mesh->bases + 2, sizeof *n->first);
+	n->of = malloc((6 * (size_t)mesh->elements + 2 * (size_t)mesh->borders + 1) * sizeof *n->of);
+	if (!n->first || !n->of)
+		return -1;
+	for (int pass = 0; pass < 2; pass++) { /* count, then fill in from behind */
+		for (uint32_t e = 0; e < mesh->elements + mesh->borders; e++) {
+			const uint32_t *border = e < mesh->elements ? NULL : mesh->border[e - mesh->elements], *v = border ? border : mesh->element[e].v;
+			const uint32_t corners = border || chain ? 2 : 3;
+			for (uint32_t i = 0; i < corners; i++)
+				for (uint32_t j = 0; j < corners; j++) {
+					const rbf_vertex *a = &mesh->vertex[v[i]], *b = &mesh->vertex[v[j]];
+					if (v[i] == v[j])
+						continue;
+					if (!pass) {
+						n->first[a->base + 1]++;
+						continue;
+					}
+					rbf_neighbour *to = &n->of[--n->first[a->base + 1]];
+					memcpy(to->k, a->direction, sizeof to->k);
+					memcpy(to->l, b->direction, sizeof to->l);
+					to->op = a->op;
+					to->twist = chain ? 0 : area(a->direction, b->direction, border ? NULL : mesh->vertex[v[3 - i - j]].direction);
+				}
+		}
+		for (uint32_t b = 0; b < mesh->bases && !pass; b++)
+			all = n->first[b + 1] += n->first[b];
+	}
+	/* first[base + 1] went down to where the base begins */
+	memmove(n->first, n->first + 1, mesh->bases * sizeof *n->first);
+	n->first[mesh->bases] = all;
+	return 0;
 }
