@@ -61,23 +61,23 @@ VALIDITY(valid_turn, rbf_turn_forward)
 VALIDITY(valid_half, rbf_half_forward)
 VALIDITY(valid_shift, rbf_shift_forward)
 
-/* What a corner's share comes to, weighted, where it is at most `most`, and its weight where it is less. */
-RBF_CLONES static void give(int steps, const float *restrict valid, const float *restrict total, float weight, float most,
-	float *restrict given, float *restrict open)
+/* As shares_at() of evaluate.c: what a corner leaves to those below rbf_share_most(), or its weight if it is one of them; and the share. */
+RBF_CLONES static void leave(int steps, const float *restrict valid, const float *restrict total, float weight, float most,
+	float *restrict left, float *restrict open)
 {
 	EACH {
-		const float share = valid[i] / total[i];
-		given[i] += weight * rbf_min(share, most);
-		open[i] += share < most ? weight : 0;
+		const float limit = most * total[i];
+		left[i] += weight * rbf_max(valid[i] - limit, 0);
+		open[i] += valid[i] < limit ? weight : 0;
 	}
 }
 
-RBF_CLONES static void take(int steps, const float *restrict valid, const float *restrict total, float most, const float *restrict given,
+RBF_CLONES static void take(int steps, const float *restrict valid, const float *restrict total, float most, const float *restrict left,
 	const float *restrict open, float *restrict share)
 {
 	EACH {
-		const float own = valid[i] / total[i], left = rbf_max(1 - given[i], 0) / rbf_max(open[i], RBF_SHARE_OPEN);
-		share[i] = rbf_min(own + (own < most ? left : 0), most);
+		const float below = rbf_max(open[i], RBF_SHARE_OPEN), more = valid[i] < most * total[i] ? left[i] : 0;
+		share[i] = rbf_min((valid[i] * below + more) / (total[i] * below), most);
 	}
 }
 
@@ -86,9 +86,9 @@ void rbf_carry_shares(const rbf_site *site, uint32_t corner, uint32_t frame, int
 	const int steps = steps_of(count);
 	const enum rbf_map_kind kind = site->fan[frame].kind;
 	const float most = rbf_share_most(kind);
-	rbf_carry_row total, valid[3], given, open;
+	rbf_carry_row total, valid[3], left, open;
 	EACH
-		total[i] = given[i] = open[i] = 0;
+		total[i] = left[i] = open[i] = 0;
 	for (uint32_t k = 0; k < site->corners; k++) {
 		rbf_warp warp;
 		rbf_site_warp(site, k, frame, &warp);
@@ -104,6 +104,6 @@ void rbf_carry_shares(const rbf_site *site, uint32_t corner, uint32_t frame, int
 		}
 	}
 	for (uint32_t k = 0; k < site->corners; k++)
-		give(steps, valid[k], total, site->weight[k], most, given, open);
-	take(steps, valid[corner], total, most, given, open, share);
+		leave(steps, valid[k], total, site->weight[k], most, left, open);
+	take(steps, valid[corner], total, most, left, open, share);
 }

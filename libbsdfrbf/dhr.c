@@ -94,13 +94,6 @@ int rbf_dhr_quick(const rbf_component *c, const float incident[3], float value[3
  * elements are counter-clockwise, so that outwards is to the right of the way from a to b. A point has a circle of latitude's. */
 typedef struct arc { float a[3], b[3], out[3]; int point; } arc;
 
-static inline void cross(const float a[3], const float b[3], float c[3])
-{
-	c[0] = a[1]*b[2] - a[2]*b[1];
-	c[1] = a[2]*b[0] - a[0]*b[2];
-	c[2] = a[0]*b[1] - a[1]*b[0];
-}
-
 static inline __attribute__((always_inline)) arc arc_of(const rbf_mesh *mesh, uint32_t border)
 {
 	arc r;
@@ -109,7 +102,7 @@ static inline __attribute__((always_inline)) arc arc_of(const rbf_mesh *mesh, ui
 		r.b[n] = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[border][1])].direction[n];
 	}
 	const float e[3] = {r.b[0] - r.a[0], r.b[1] - r.a[1], r.b[2] - r.a[2]};
-	cross(e, r.a, r.out);
+	rbf_cross(e, r.a, r.out);
 	r.point = !(rbf_dot(r.out, r.out) > 0);
 	if (r.point) {
 		const float s = sqrtf(r.a[0]*r.a[0] + r.a[1]*r.a[1]);
@@ -140,7 +133,7 @@ static inline __attribute__((always_inline)) rbf_dhr_polar beyond(const rbf_mesh
 		g[n] = d[n] * square - toward * p[n];
 	const float far = sqrtf(rbf_dot(g, g)), near = toward * length;
 	*z = p[2] / length;
-	cross(p, r.out, along);
+	rbf_cross(p, r.out, along);
 	const float outward = rbf_dot(g, r.out), forward = rbf_dot(g, along);
 	const float turn = rbf_upper_angle(fabsf(forward), outward * length) * (float)(1 / RBF_PI);
 	rbf_dhr_polar point = {0, 0};
@@ -167,7 +160,7 @@ static float line_at(const arc *r, float around, float weight[2], float p[3], fl
 	for (int n = 0; n < 3; n++)
 		p[n] = weight[0] * r->a[n] + weight[1] * r->b[n];
 	rbf_normalize(p);
-	cross(p, r->out, along);
+	rbf_cross(p, r->out, along);
 	const float turn = (float)RBF_PI * (section == 0 ? 0 : section == 1 ? t : section == 2 ? 1 : t - 1);
 	const float outward = cosf(turn), forward = sinf(turn);
 	for (int n = 0; n < 3; n++)

@@ -106,7 +106,7 @@ static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint3
 	/* the fits cannot err by more than all there is */
 	*fit = fminf(*fit, left_out / (float)sqrt(1 + squares));
 	const double rest = (double)(left_out * left_out) - (double)(*fit * *fit) * (1 + squares);
-	if (!(item & RBF_MESH_BORDER) && heaviest < NEAR)
+	if (!(item & RBF_MESH_BORDER) && heaviest < NEAR && whole > 0)
 		l->bend = sqrt(fmax(rest, 0)) / whole;
 	return BSDFRBF_OK;
 }

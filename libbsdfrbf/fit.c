@@ -26,7 +26,7 @@ static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
 static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
 static const double WEIGHT_FLOOR = 1e-3;
-static const double SAME = 1e-12;       /* square of a distance: no distance */
+static const float SAME = 1e-12f;       /* square of a distance: no distance */
 
 /* Working arrays of one incidence: what its fits share, and those of the last one. */
 typedef struct rbf_fitting {
@@ -43,6 +43,7 @@ typedef struct rbf_fitting {
 	float *miss, *sorted;     /* scratch */
 	float *weight;            /* of the squared difference, all samples */
 	float *gap;               /* gap_at(), -1: not asked yet */
+	float *area;              /* of the samples held out (areas()), NULL: not asked yet */
 	uint8_t *outlier;         /* 1: not used */
 	const float *level;       /* luminance of y */
 	uint32_t lobes;
@@ -387,18 +388,33 @@ static size_t find_outliers(work *k, const rbf_lobes *fitted)
 }
 
 /* Samples are dense where there is much light: each counts for the solid angle it stands for, up to a common factor that of a cap which
- * holds so many others. */
+ * holds so many others. Returns -1 when out of memory. */
+static int areas(work *k)
+{
+	const rbf_incidence *in = k->incidence;
+	size_t held = 0;
+	k->area = malloc((in->count / k->hold + 1) * sizeof *k->area);
+	for (size_t i = k->hold / 2; i < in->count && k->area; i += k->hold) {
+		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
+		uint32_t index[AREA_AROUND];
+		float distance[AREA_AROUND];
+		const int found = rbf_tree_nearest(&k->tree, w, AREA_AROUND, index, distance);
+		k->area[held++] = found ? distance[found - 1] + SAME : 1;
+	}
+	return k->area ? 0 : -1;
+}
+
+/* -1: none held out. */
 static float held_out_error(const work *k, const rbf_lobes *lobes)
 {
 	const rbf_incidence *in = k->incidence;
 	const uint32_t channels = (uint32_t)k->channels, y = rbf_luminance(channels);
 	double difference = 0, total = 0;
+	size_t held = 0;
 	for (size_t i = k->hold / 2; i < in->count && k->hold > 1; i += k->hold) {
 		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
-		uint32_t index[AREA_AROUND];
-		float v[3], distance[AREA_AROUND];
-		const int found = rbf_tree_nearest(&k->tree, w, AREA_AROUND, index, distance);
-		const double area = found ? (double)distance[found - 1] + SAME : 1, t = (double)in->dsf[i * channels + y];
+		float v[3];
+		const double area = (double)k->area[held++], t = (double)in->dsf[i * channels + y];
 		rbf_lobes_sum(lobes, w, v);
 		difference += area * fabs(v[y] + k->lambertian[y] * w[2] / RBF_PI - t);
 		total += area * fabs(t);
@@ -448,6 +464,7 @@ void rbf_fit_end(rbf_fitting *k)
 	free(k->sorted);
 	free(k->weight);
 	free(k->gap);
+	free(k->area);
 	free(k->outlier);
 	free(k);
 }
@@ -461,6 +478,7 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 		rbf_lobes_free(out);
 		failed = rbf_equations_leave_out(&k->equations, k->outlier) || solve(k, out);
 	}
+	failed = failed || (error && k->hold > 1 && !k->area && areas(k));
 	if (!failed && error)
 		*error = held_out_error(k, out);
 	forget(k);

@@ -142,7 +142,8 @@ typedef struct rbf_warp {
 /* What the kinds of maps make ready, without a branch: the rotation from beam a to beam b; the shift; the change from incidence i to k. */
 static inline void rbf_turn_set(rbf_warp *w, const float a[3], const float b[3])
 {
-	const float v[3] = {a[1]*b[2] - a[2]*b[1], a[2]*b[0] - a[0]*b[2], a[0]*b[1] - a[1]*b[0]};
+	float v[3];
+	rbf_cross(a, b, v);
 	const float c = rbf_dot(a, b), t = 1 / rbf_max(1 + c, 1e-6f);
 	w->m[0] = c + t*v[0]*v[0];    w->m[1] = t*v[0]*v[1] - v[2]; w->m[2] = t*v[0]*v[2] + v[1];
 	w->m[3] = t*v[0]*v[1] + v[2]; w->m[4] = c + t*v[1]*v[1];    w->m[5] = t*v[1]*v[2] - v[0];

@@ -57,7 +57,8 @@ static inline __attribute__((always_inline)) void try_border(const rbf_mesh *mes
 	const float *b = mesh->vertex[rbf_bound_vertex(mesh, mesh->border[index][1])].direction;
 	const float e[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
 	const float from_a[3] = {d[0] - a[0], d[1] - a[1], d[2] - a[2]}, from_b[3] = {d[0] - b[0], d[1] - b[1], d[2] - b[2]};
-	const float n[3] = {e[1]*a[2] - e[2]*a[1], e[2]*a[0] - e[0]*a[2], e[0]*a[1] - e[1]*a[0]};
+	float n[3];
+	rbf_cross(e, a, n);
 	const float half_q = .25f * rbf_dot(e, e), da = rbf_dot(from_a, from_a), db = rbf_dot(from_b, from_b);
 	const float u = -rbf_dot(from_b, e) - half_q * db, v = rbf_dot(from_a, e) - half_q * da;
 	/* square of the chord, 2 (1 - cos) with sin = across / |n| */

@@ -80,8 +80,9 @@ static float area(const float *a, const float *b, const float *c)
 	if (!c)
 		return 1.2f * sqrtf(rbf_dot(e, e)) * asinf(rbf_min(rbf_max(rbf_max(a[2], b[2]), 0), 1));
 	const float f[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-	const float x = e[1]*f[2] - e[2]*f[1], y = e[2]*f[0] - e[0]*f[2], z = e[0]*f[1] - e[1]*f[0];
-	return .6f * sqrtf(x*x + y*y + z*z);
+	float n[3];
+	rbf_cross(e, f, n);
+	return .6f * sqrtf(rbf_dot(n, n));
 }
 
 void rbf_neighbours_free(rbf_neighbours *n)

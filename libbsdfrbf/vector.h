@@ -22,6 +22,13 @@ static inline float rbf_dot(const float a[3], const float b[3])
 	return a[0]*b[0] + a[1]*b[1] + a[2]*b[2];
 }
 
+static inline void rbf_cross(const float a[3], const float b[3], float out[3])
+{
+	out[0] = a[1]*b[2] - a[2]*b[1];
+	out[1] = a[2]*b[0] - a[0]*b[2];
+	out[2] = a[0]*b[1] - a[1]*b[0];
+}
+
 /* Angle between unit vectors, rad. */
 static inline float rbf_angle(const float a[3], const float b[3])
 {

@@ -15,6 +15,7 @@
 #define copysignf copysign
 #define acosf acos
 #define rbf_dot double_dot
+#define rbf_cross double_cross
 #define rbf_angle double_angle
 #define rbf_normalize double_normalize
 #define rbf_basis double_basis
