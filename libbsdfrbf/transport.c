@@ -15,22 +15,24 @@
 
 /* Masses sum to 2^56 units and cap is 2^36 units: potentials stay below 2^36 times the depth of the tree, far from
  * overflow, and rounding (1e-17 of the mass, 1e-11 of cap) stays below the precision promised. */
-#define MASS_UNITS 72057594037927936.0
-#define COST_UNITS 68719476736.0
+enum { MASS_BITS = 56, COST_BITS = 36 };
+#define MASS_UNITS ((double)(1ll << MASS_BITS))
+#define COST_UNITS ((double)(1ll << COST_BITS))
 
 #define NONE UINT32_MAX
-enum { BUCKETS = 1024 };
+enum { MEAN_BITS = 20, BUCKET_BITS = 27 };
+enum { BUCKETS = 3 << (COST_BITS - BUCKET_BITS) };
 
 typedef struct edge {
 	uint32_t from, to;
 	int64_t cost;
 } edge;
 
-/* A node and the tree arc to its parent. */
+/* A node and the tree arc to its parent. Nodes are also in a ring in which the nodes of every subtree follow its top, from the hub on. */
 typedef struct node {
 	int64_t flow;      /* on the arc to the parent */
-	uint32_t parent, child, next, previous; /* tree, siblings in a list */
-	uint32_t depth;
+	uint32_t parent, next, previous; /* in the ring */
+	uint32_t last, nodes; /* of its subtree: the last one in the ring, and how many there are */
 	uint32_t arc;      /* index of the edge to the parent */
 	int up;            /* 1: that edge goes from here to the parent */
 } node;
@@ -43,25 +45,22 @@ typedef struct network {
 	size_t cursor;     /* where pricing goes on */
 } network;
 
-static void attach(node *nodes, uint32_t child, uint32_t parent)
+static void follow(node *nodes, uint32_t before, uint32_t after)
 {
-	nodes[child].parent = parent;
-	nodes[child].previous = NONE;
-	nodes[child].next = nodes[parent].child;
-	if (nodes[parent].child != NONE)
-		nodes[nodes[parent].child].previous = child;
-	nodes[parent].child = child;
+	nodes[before].next = after;
+	nodes[after].previous = before;
 }
 
-static void detach(node *nodes, uint32_t child)
+/* Hangs a tree from the top of another one. */
+static void plant_below(node *nodes, uint32_t parent, uint32_t child)
 {
-	const node *c = &nodes[child];
-	if (c->previous == NONE)
-		nodes[c->parent].child = c->next;
-	else
-		nodes[c->previous].next = c->next;
-	if (c->next != NONE)
-		nodes[c->next].previous = c->previous;
+	node *p = &nodes[parent], *c = &nodes[child];
+	const uint32_t after = p->next, last = c->last;
+	c->parent = parent;
+	follow(nodes, parent, child);
+	follow(nodes, last, after);
+	p->last = p->last == parent ? last : p->last;
+	p->nodes += c->nodes;
 }
 
 /* Edge with the most negative reduced cost of the next block that has one (Grigoriadis 1986: about the square root of the
@@ -90,23 +89,59 @@ static size_t price(network *w)
 	return best;
 }
 
-/* Adds `shift` to the potentials of the subtree at `top` and renews the depths. */
-static void renew(node *nodes, int64_t *potential, uint32_t top, int64_t shift)
+/* Takes the subtree at `top` out of the ring, and its last node off those whose last one it was. */
+static void cut(node *nodes, uint32_t top)
 {
-	uint32_t i = top;
-	for (;;) {
-		potential[i] += shift;
-		nodes[i].depth = nodes[nodes[i].parent].depth + 1;
-		if (nodes[i].child != NONE) {
-			i = nodes[i].child;
-			continue;
+	const uint32_t last = nodes[top].last, before = nodes[top].previous;
+	follow(nodes, before, nodes[last].next);
+	for (uint32_t i = nodes[top].parent; i != NONE && nodes[i].last == last; i = nodes[i].parent)
+		nodes[i].last = before;
+}
+
+/* The entering edge, as the tree arc of the one of its ends that becomes the top of what was cut off. */
+typedef struct graft {
+	uint32_t top, parent, arc;
+	int up;
+	int64_t flow;
+} graft;
+
+/* Turns the way from the old top of what was cut off to its new one round, and hangs it where it belongs now. In the ring, what a node of
+ * the way had below it, but for the one before on the way, follows what that one has. */
+static void turn_round(node *nodes, uint32_t old_top, graft g)
+{
+	const uint32_t top = g.top, hangs_from = g.parent, all = nodes[old_top].nodes;
+	uint32_t i = top, before = nodes[top].previous, last = nodes[top].last, after = nodes[last].next, end = last, less = 0;
+	while (1) {
+		node *n = &nodes[i];
+		const node old = *n;
+		n->parent = g.parent;
+		n->arc = g.arc;
+		n->up = g.up;
+		n->flow = g.flow;
+		n->nodes = all - less;
+		if (i == old_top)
+			break;
+		g = (graft){.parent = i, .arc = old.arc, .up = !old.up, .flow = old.flow};
+		less = old.nodes;
+		i = old.parent;
+		const uint32_t its_before = nodes[i].previous, its_last = nodes[i].last, its_after = its_last == last ? after : nodes[its_last].next;
+		follow(nodes, end, i);
+		end = before;
+		if (its_last != last) {
+			follow(nodes, end, after);
+			end = its_last;
 		}
-		while (i != top && nodes[i].next == NONE)
-			i = nodes[i].parent;
-		if (i == top)
-			return;
-		i = nodes[i].next;
+		before = its_before;
+		last = its_last;
+		after = its_after;
 	}
+	for (; i != hangs_from; i = nodes[i].parent)
+		nodes[i].last = end;
+	const uint32_t follows = nodes[hangs_from].next;
+	follow(nodes, hangs_from, top);
+	follow(nodes, end, follows);
+	for (; i != NONE && nodes[i].last == hangs_from; i = nodes[i].parent)
+		nodes[i].last = end;
 }
 
 /* Brings the edge into the tree and takes another out. */
@@ -122,8 +157,8 @@ static void pivot(network *w, size_t entering)
 	int64_t delta = INT64_MAX;
 	uint32_t leaving = NONE, a = e->from, b = e->to;
 	int leaving_side = 0;
-	while (a != b) {
-		if (nodes[a].depth >= nodes[b].depth) {
+	while (a != b) { /* the one with less below it has not met the join yet */
+		if (nodes[a].nodes <= nodes[b].nodes) {
 			if (nodes[a].up && nodes[a].flow < delta) {
 				delta = nodes[a].flow;
 				leaving = a;
@@ -139,34 +174,24 @@ static void pivot(network *w, size_t entering)
 			b = nodes[b].parent;
 		}
 	}
-	const uint32_t join = a;
-	for (a = e->from; a != join; a = nodes[a].parent)
+	const uint32_t meet = a, cut_off = nodes[leaving].nodes;
+	for (a = e->from; a != meet; a = nodes[a].parent)
 		nodes[a].flow += nodes[a].up ? -delta : delta;
-	for (b = e->to; b != join; b = nodes[b].parent)
+	for (b = e->to; b != meet; b = nodes[b].parent)
 		nodes[b].flow += nodes[b].up ? delta : -delta;
 
-	/* The part cut off hangs from the entering edge now: turn the way from its new top to its old one round. */
-	const uint32_t top = leaving_side == 1 ? e->from : e->to;
-	uint32_t i = top, parent = leaving_side == 1 ? e->to : e->from;
-	uint32_t arc = (uint32_t)entering;
-	int up = leaving_side == 1;
-	int64_t flow = delta;
-	for (;;) {
-		const node old = nodes[i];
-		detach(nodes, i);
-		attach(nodes, i, parent);
-		nodes[i].arc = arc;
-		nodes[i].up = up;
-		nodes[i].flow = flow;
-		if (i == leaving)
-			break;
-		parent = i;
-		arc = old.arc;
-		up = !old.up;
-		flow = old.flow;
-		i = old.parent;
-	}
-	renew(nodes, w->potential, top, leaving_side == 1 ? -reduced : reduced);
+	/* The part cut off hangs from the entering edge now. */
+	const int below = leaving_side == 1;
+	const graft g = {.top = below ? e->from : e->to, .parent = below ? e->to : e->from, .arc = (uint32_t)entering, .up = below, .flow = delta};
+	for (uint32_t i = nodes[leaving].parent; i != meet; i = nodes[i].parent)
+		nodes[i].nodes -= cut_off;
+	for (uint32_t i = g.parent; i != meet; i = nodes[i].parent)
+		nodes[i].nodes += cut_off;
+	cut(nodes, leaving);
+	turn_round(nodes, leaving, g);
+	const int64_t shift = below ? -reduced : reduced;
+	for (uint32_t i = g.top, n = 0; n < cut_off; i = nodes[i].next, n++)
+		w->potential[i] += shift;
 }
 
 /* The total, or 0 if an entry cannot be a mass. */
@@ -182,26 +207,28 @@ static double total_mass(size_t n, const double *mass)
 }
 
 /* Masses in integer units as `flow`. The largest takes the rounding residue so that both sides match; what rounds to nothing stays
- * out of the network: its depth is 0. */
-static void set_masses(node *nodes, size_t n, const double *mass, double total, int up)
+ * out of the network: its tree has no nodes. first: index of the first one. */
+static void set_masses(node *nodes, uint32_t first, size_t n, const double *mass, double total, int up)
 {
 	int64_t rest = (int64_t)MASS_UNITS;
 	size_t largest = 0;
 	for (size_t i = 0; i < n; i++) {
-		nodes[i] = (node){.flow = llround(mass[i] / total * MASS_UNITS), .parent = NONE, .child = NONE, .next = NONE, .previous = NONE,
-			.arc = NONE, .up = up};
+		nodes[i] = (node){.flow = llround(mass[i] / total * MASS_UNITS), .parent = NONE, .arc = NONE, .up = up};
 		rest -= nodes[i].flow;
 		if (mass[i] > mass[largest])
 			largest = i;
 	}
 	nodes[largest].flow += rest;
-	for (size_t i = 0; i < n; i++)
-		nodes[i].depth = nodes[i].flow > 0;
+	for (size_t i = 0; i < n; i++) {
+		const uint32_t self = first + (uint32_t)i;
+		nodes[i].next = nodes[i].previous = nodes[i].last = self;
+		nodes[i].nodes = nodes[i].flow > 0;
+	}
 }
 
-/* Tree of a greedy plan: the cheapest edges first, each with all that its ends still have. The end that is used up hangs from the
- * other, in a tie the demand, so that every edge without flow points at the root; the rest hangs from the hub. order: the edges by
- * cost, roughly is enough. */
+/* Tree of a greedy plan: edges one after the other, each with all that its ends still have. The end that is used up hangs from the
+ * other, in a tie the demand, so that every edge without flow points at the root; the rest hangs from the hub. order: of the edges, the
+ * ones that are likely in the optimum first. */
 static void plant(network *w, uint32_t hub, size_t pairs, const uint32_t *order, uint32_t supplies, int64_t cap)
 {
 	node *nodes = w->nodes;
@@ -212,40 +239,47 @@ static void plant(network *w, uint32_t hub, size_t pairs, const uint32_t *order,
 		const uint32_t child = nodes[from].flow < nodes[to].flow ? from : to, parent = child == from ? to : from;
 		nodes[parent].flow -= nodes[child].flow;
 		nodes[child].arc = order[k];
-		attach(nodes, child, parent);
+		plant_below(nodes, parent, child);
 	}
-	nodes[hub] = (node){.parent = NONE, .child = NONE, .next = NONE, .previous = NONE, .arc = NONE};
+	nodes[hub] = (node){.parent = NONE, .next = hub, .previous = hub, .last = hub, .nodes = 1, .arc = NONE};
 	for (uint32_t i = 0; i < hub; i++)
-		if (nodes[i].depth && nodes[i].parent == NONE)
-			attach(nodes, i, hub);
+		if (nodes[i].nodes && nodes[i].parent == NONE)
+			plant_below(nodes, hub, i);
 	w->potential[hub] = 0;
-	for (uint32_t i = nodes[hub].child; i != NONE && i != hub; ) {
-		const uint32_t parent = nodes[i].parent;
+	for (uint32_t i = nodes[hub].next; i != hub; i = nodes[i].next) {
 		const int64_t cost = nodes[i].arc != NONE ? w->edges[nodes[i].arc].cost : i < supplies ? 0 : cap;
-		nodes[i].depth = nodes[parent].depth + 1;
-		w->potential[i] = w->potential[parent] + (nodes[i].up ? -cost : cost);
-		if (nodes[i].child != NONE) {
-			i = nodes[i].child;
-			continue;
-		}
-		while (i != hub && nodes[i].next == NONE)
-			i = nodes[i].parent;
-		if (i != hub)
-			i = nodes[i].next;
+		w->potential[i] = w->potential[nodes[i].parent] + (nodes[i].up ? -cost : cost);
 	}
 }
 
-/* Edges in the order of their cost's bucket. */
-static void sort_roughly(const edge *edges, size_t count, int64_t cap, uint32_t *order)
+/* Bucket of an edge: by what it costs beyond what its ends cost on average. saved: how much less than the cap that is. */
+static size_t bucket_of(const edge *e, const uint64_t *saved)
+{
+	return (size_t)(((uint64_t)e->cost + saved[e->from] + saved[e->to]) >> BUCKET_BITS);
+}
+
+/* Edges in the order of their buckets. Cheap edges first would leave costly ones to nodes that all else is far from; so a node's mean cost, over
+ * all the mass of the other side, is taken off (Russell 1969 takes the highest). saved: room for both sides' nodes. */
+static void sort_roughly(const network *w, size_t count, uint32_t hub, int64_t cap, uint64_t *saved, uint32_t *order)
 {
 	size_t first[BUCKETS + 1] = {0};
-	const int64_t width = cap / BUCKETS + 1;
+	memset(saved, 0, hub * sizeof *saved);
+	for (size_t k = 0; k < count; k++) { /* whole numbers of MEAN_BITS: the order is the same on every machine */
+		const edge *e = &w->edges[k];
+		const uint64_t less = (uint64_t)(cap - e->cost) >> (COST_BITS - MEAN_BITS);
+		saved[e->from] += less * ((uint64_t)w->nodes[e->to].flow >> (MASS_BITS - MEAN_BITS));
+		saved[e->to] += less * ((uint64_t)w->nodes[e->from].flow >> (MASS_BITS - MEAN_BITS));
+	}
+	for (uint32_t i = 0; i < hub; i++) { /* more than the cap if there are parallel edges */
+		saved[i] >>= 2 * MEAN_BITS - COST_BITS;
+		saved[i] = saved[i] < (uint64_t)cap ? saved[i] : (uint64_t)cap;
+	}
 	for (size_t k = 0; k < count; k++)
-		first[edges[k].cost / width + 1]++;
+		first[bucket_of(&w->edges[k], saved) + 1]++;
 	for (int b = 1; b <= BUCKETS; b++)
 		first[b] += first[b - 1];
 	for (size_t k = 0; k < count; k++)
-		order[first[edges[k].cost / width]++] = (uint32_t)k;
+		order[first[bucket_of(&w->edges[k], saved)]++] = (uint32_t)k;
 }
 
 /* Sorts moves by source, then target: by counting targets first, then sources. other: as much room; start: room for max(n, m) + 1. */
@@ -334,27 +368,27 @@ int rbf_transport_solve(size_t n, const double *supply, size_t m, const double *
 		.potential = malloc((n + m + 1) * sizeof *w.potential)};
 	uint32_t *const origin = malloc((arcs + 1) * sizeof *origin), *const order = malloc((arcs + n + m + 1) * sizeof *order);
 	rbf_move *const other = malloc((n + m + 1) * sizeof *other); /* no more moves than the tree has arcs */
-	int64_t *const dual = malloc((n + m) * sizeof *dual);
+	int64_t *const dual = malloc((n + m) * sizeof *dual); /* before there are any, what nodes save */
 	if (!w.nodes || !w.edges || !w.potential || !origin || !order || !other || !dual)
 		goto done;
 	const int64_t cap_units = (int64_t)(cap * units);
-	set_masses(w.nodes, n, supply, supply_total, 1);
-	set_masses(w.nodes + n, m, demand, demand_total, 0);
+	set_masses(w.nodes, 0, n, supply, supply_total, 1);
+	set_masses(w.nodes + n, (uint32_t)n, m, demand, demand_total, 0);
 
 	/* Costs are rounded down, so that the duals are feasible for the true ones. */
 	uint32_t pairs = 0;
 	for (size_t k = 0; k < arcs; k++) {
 		const uint32_t from = arc[k].source, to = (uint32_t)n + arc[k].target;
-		if (arc[k].cost < cap && w.nodes[from].depth && w.nodes[to].depth) {
+		if (arc[k].cost < cap && w.nodes[from].nodes && w.nodes[to].nodes) {
 			w.edges[pairs] = (edge){from, to, (int64_t)(arc[k].cost * units)};
 			origin[pairs++] = (uint32_t)k;
 		}
 	}
 	w.edge_count = pairs;
 	for (uint32_t i = 0; i < hub; i++)
-		if (w.nodes[i].depth)
+		if (w.nodes[i].nodes)
 			w.edges[w.edge_count++] = i < n ? (edge){i, hub, 0} : (edge){hub, i, cap_units};
-	sort_roughly(w.edges, pairs, cap_units, order);
+	sort_roughly(&w, pairs, hub, cap_units, (uint64_t *)dual, order);
 	plant(&w, hub, pairs, order, (uint32_t)n, cap_units);
 	for (size_t entering; (entering = price(&w)) != w.edge_count; )
 		pivot(&w, entering);
