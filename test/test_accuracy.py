@@ -31,7 +31,7 @@ def binary(name):
 
 
 class Accuracy(unittest.TestCase):
-    def judge(self, measure, bounds, azimuths=(0, 360)):
+    def judge(self, measure, bounds, azimuths=(0, 360), residual=None):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(measure + [folder], check=True, stdout=subprocess.DEVNULL)
             files = sorted(f for f in glob.glob(folder + '/*_t*_p*.*') if azimuths[0] <= int(re.search('_p([0-9]+)', f)[1]) <= azimuths[1])
@@ -41,6 +41,8 @@ class Accuracy(unittest.TestCase):
                 subprocess.run([binary('rbfquery'), '-ff', record], stdin=query, stdout=answers, check=True)
             result = score(folder, folder + '/answers.bin')
             told = subprocess.run([binary('rbfinfo'), record], check=True, capture_output=True, text=True).stdout
+            if residual is not None:
+                self.assertEqual('residual transport: none' not in told, residual)
             result['expected'] = float(re.search(r'expected error: ([0-9.]+)', told)[1])
         print(f'{self.id():60}' + '  '.join(f'{k} {v:.4f}' for k, v in result.items()), file=sys.stderr, flush=True)
         for name, bound in zip(('l1', 'dhr', 'logrmse'), bounds):
@@ -49,8 +51,8 @@ class Accuracy(unittest.TestCase):
         self.assertLess(result['expected'], 2.5 * result['l1'])
         self.assertGreater(result['expected'], result['l1'] / 2.5)
 
-    def own(self, material, bounds, azimuths=(0, 360)):
-        self.judge([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '48', material], bounds, azimuths)
+    def own(self, material, bounds, **more):
+        self.judge([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '48', material], bounds, **more)
 
     def bench(self, material, bounds):
         if not os.path.exists(GONIO):
@@ -67,8 +69,9 @@ class Accuracy(unittest.TestCase):
         self.own('sawtooth', SAWTOOTH)
 
     def test_half_turn(self):
-        """Azimuths 0 and 180 are the same incidence: what one says of the other is no error of interpolation."""
-        self.own('askew', (.025, .006, .04), azimuths=(0, 180))
+        """Azimuths 0 and 180 are the same incidence: what one says of the other is no error of interpolation. Residual transport would
+        lower the error of incidences left out by a hundredth or two, for more bytes than all the rest: not worth it."""
+        self.own('askew', (.025, .006, .04), azimuths=(0, 180), residual=False)
 
     def test_retro_parts_from_mirror(self):
         """At normal incidence both beams lie on each other; from there to the next incidence each is to keep its height."""

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* How well a choice of frames and residual motion tells incidences that are left out. */
+#ifndef RBF_LEFT_OUT_H
+#define RBF_LEFT_OUT_H
+#include "label.h"
+
+typedef struct rbf_choice {
+	uint32_t frames, frame[RBF_MAX_FRAMES]; /* indices of candidates */
+	float share[RBF_MAX_FRAMES];
+	rbf_belief belief; /* that labels were made with */
+	float *label;      /* as from rbf_label(); owned */
+	float cap;         /* of residual motion (advect.h); 0: none */
+	float error;       /* mean leave-one-out L1, < 0: could not be measured */
+	float *base_error; /* [bases], < 0: not measured; owned */
+} rbf_choice;
+
+void rbf_choice_free(rbf_choice *choice);
+
+/* Incidences that are left out in turn: those inside the mesh of the others, if there are any. */
+typedef struct rbf_left_out {
+	rbf_fitted *fitted;
+	uint32_t trials;
+	struct rbf_left_out_trial *trial;
+} rbf_left_out;
+
+/* lambertian: luminance of the Lambertian part. To be freed in any case. Errors: MEMORY, INTERNAL. */
+bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, rbf_left_out *left_out);
+void rbf_left_out_free(rbf_left_out *left_out);
+
+/* Labels a choice, and measures its error. If `best` is given, a few trials are made first, and the others only if the choice is not
+ * clearly worse there: otherwise its error is INFINITY. Opens an OpenMP region. Returns 0, or -1 when out of memory or a process gave up. */
+int rbf_left_out_error(const rbf_left_out *left_out, rbf_choice *choice, const rbf_choice *best);
+#endif
