@@ -13,6 +13,7 @@ static const float ENOUGH = 1.25f; /* times the error of the fits: no better fra
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
+static const float SETTLED_LOSS = 1.01f;
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
 enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
 static const double REFINE_STEP = .05, REFINE_END = .02; /* of a coefficient; of the error, between the simplex's corners */
@@ -242,15 +243,19 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	}
 	if (rbf_progress(context, "learned frames", from + step * (RBF_MAPS_LISTED + 2)))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	/* three other beliefs */
+	/* two other beliefs, and what is settled where beams coincide unless that is clearly worse: few incidences tell */
 	const rbf_belief had = best.belief;
 	for (int n = 0; n < 3 && !failed && best.frames > 1; n++) {
-		rbf_choice next = {.frames = best.frames, .belief = best.belief};
+		rbf_choice next = {.frames = best.frames, .belief = best.belief}, round = {0};
 		if (n < 2)
 			next.belief.sharpness = n ? had.sharpness / SHARPER : had.sharpness * SHARPER;
 		next.belief.settled = n == 2;
 		memcpy(next.frame, best.frame, sizeof next.frame);
-		failed = contest(b, &best, next, &best);
+		failed = contest(b, &round, next, &best);
+		if (!failed && round.error < (n == 2 ? SETTLED_LOSS : 1) * best.error)
+			replace(&best, &round);
+		else
+			rbf_choice_free(&round);
 		*choice = best;
 	}
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */

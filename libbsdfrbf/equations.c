@@ -102,15 +102,15 @@ RBF_CLONES static void project(const group *g)
 	}
 }
 
-/* sign: 1, or -1 to take the same away. */
-static void add_right(rbf_equations *e, size_t first, group *g, double sign)
+/* Of the lobes in the list from `start` on. sign: 1, or -1 to take the same away. */
+static void add_right(rbf_equations *e, size_t first, group *g, size_t start, double sign)
 {
 	for (int c = 0; c < e->channels; c++) {
 		double *right = e->right + (size_t)c * e->lobes;
 		for (size_t s = 0; s < GROUP; s++)
 			g->v[s] = s < g->size ? g->root[s] * e->value[c][first + s] : 0;
 		project(g);
-		for (size_t p = 0; p < g->near; p++)
+		for (size_t p = start; p < g->near; p++)
 			right[g->list[p]] += sign * (double)g->sum[p];
 	}
 }
@@ -169,7 +169,7 @@ static int group_new(const rbf_equations *e, group *g)
 }
 
 /* The group of samples from `first` on without those that are out, and the lobes near it. out: or NULL. */
-static void group_set(const rbf_equations *e, size_t first, const uint8_t *out, group *g)
+static void group_start(const rbf_equations *e, size_t first, const uint8_t *out, group *g)
 {
 	g->size = e->samples - first < GROUP ? e->samples - first : GROUP;
 	for (size_t s = 0; s < GROUP; s++) {
@@ -178,6 +178,11 @@ static void group_set(const rbf_equations *e, size_t first, const uint8_t *out, 
 		g->root[s] = s < g->size && !(out && out[i]) ? sqrtf(e->weight[i]) : 0;
 	}
 	list_near(e, g);
+}
+
+static void group_set(const rbf_equations *e, size_t first, const uint8_t *out, group *g)
+{
+	group_start(e, first, out, g);
 	set_values(g);
 }
 
@@ -206,12 +211,61 @@ int rbf_equations_make(rbf_equations *e)
 		return -1;
 	for (size_t first = 0; first < e->samples && m; first += GROUP) {
 		group_set(e, first, NULL, &g);
-		add_right(e, first, &g, 1);
+		add_right(e, first, &g, 0, 1);
 		add_gram(e, &g, 1);
 	}
 	mirror(m, e->gram);
 	group_free(&g);
 	sum_up(e, NULL);
+	return 0;
+}
+
+/* Lobes in the list from `start` on with all of it. */
+static void add_new(rbf_equations *e, group *g, size_t start)
+{
+	for (size_t row = start; row < g->near; row += ROWS) {
+		multiply(g, row, 0, g->product);
+		for (size_t r = 0; r < ROWS && row + r < g->near; r++) {
+			const float *from = g->product + r * g->padded;
+			double *to = e->gram + (size_t)g->list[row + r] * e->lobes;
+			for (size_t q = 0; q < g->near; q++)
+				to[g->list[q]] += (double)from[q];
+		}
+	}
+}
+
+int rbf_equations_add(rbf_equations *e, size_t former, const uint8_t *out)
+{
+	const size_t m = e->lobes;
+	group g = {0};
+	double *gram = calloc(m * m + 1, sizeof *gram), *right = calloc(m * (size_t)e->channels + 1, sizeof *right);
+	if (!gram || !right || group_new(e, &g)) {
+		free(gram);
+		free(right);
+		return -1;
+	}
+	for (size_t row = 0; row < former; row++)
+		memcpy(gram + row * m, e->gram + row * former, former * sizeof *gram);
+	for (size_t c = 0; c < (size_t)e->channels; c++)
+		memcpy(right + c * m, e->right + c * former, former * sizeof *right);
+	rbf_equations_free(e);
+	e->gram = gram;
+	e->right = right;
+	for (size_t first = 0; first < e->samples; first += GROUP) {
+		group_start(e, first, out, &g);
+		size_t start = g.near;
+		while (start > 0 && g.list[start - 1] >= former) /* they rise */
+			start--;
+		if (start == g.near)
+			continue;
+		set_values(&g);
+		add_right(e, first, &g, start, 1);
+		add_new(e, &g, start);
+	}
+	for (size_t row = 0; row < former; row++)
+		for (size_t column = former; column < m; column++)
+			gram[row * m + column] = gram[column * m + row];
+	group_free(&g);
 	return 0;
 }
 
@@ -239,11 +293,11 @@ int rbf_equations_leave_out(rbf_equations *e, const uint8_t *out)
 			group_set(e, first, NULL, &g);
 			add_gram(e, &g, -1);
 			if (!wild)
-				add_right(e, first, &g, -1);
+				add_right(e, first, &g, 0, -1);
 		}
 		if (some || wild) {
 			group_set(e, first, out, &g);
-			add_right(e, first, &g, 1);
+			add_right(e, first, &g, 0, 1);
 		}
 		if (some)
 			add_gram(e, &g, 1);

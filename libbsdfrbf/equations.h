@@ -25,5 +25,9 @@ int rbf_equations_make(rbf_equations *equations);
 /* Leaves out the samples i with out[i] = 1, whose weights must be as they were: much less work than all anew where they are few. What the
  * caller has added to the diagonal stays. Returns 0, or -1 when out of memory. */
 int rbf_equations_leave_out(rbf_equations *equations, const uint8_t *out);
+
+/* The same after lobes were added behind the `former` first ones. What the caller has added to the diagonal stays, and none is added for new
+ * lobes. out: those left out, or NULL. Returns 0, or -1 when out of memory: nothing is changed then. */
+int rbf_equations_add(rbf_equations *equations, size_t former, const uint8_t *out);
 void rbf_equations_free(rbf_equations *equations);
 #endif

@@ -2,21 +2,23 @@
 /*
  * Lobe fit of one incidence: DSF(w) = sum a_j exp(-kappa_j |w - c_j|^2 / 2), a >= 0.
  * Centres are samples, taken farthest first in a metric that shrinks where the signal is high; widths follow the
- * spacing of the centres; amplitudes are the non-negative least-squares solution.
+ * spacing of the centres; amplitudes are the non-negative least-squares solution. Where that misses what several samples
+ * show, lobes join, and it is solved again.
  */
 #include "fit.h"
 #include "arrange.h"
 #include "equations.h"
 #include "farthest.h"
-#include "neighbours.h"
+#include "missed.h"
+#include "peaks.h"
 #include "nonnegative.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, PEAKS = 16, PEAK_AROUND = 48, GAP_AROUND = 48, AREA_AROUND = 32 };
-static const float PEAK_PART = .05f; /* of a peak's own height */
-static const double PEAK_SEEN = 2;      /* a sample lies within so many sigmas of a peak's top */
+enum { ROUNDS = 6, MISSED = 32, FEW = 4 }; /* of lobes that join; places for them in each, and so few that it is the last one */
+enum { SOME = 4 }; /* every fourth sample tells the median */
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, GAP_AROUND = 48, AREA_AROUND = 32 };
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
@@ -38,9 +40,11 @@ typedef struct rbf_fitting {
 	rbf_tree tree;
 	float (*w)[3];            /* directions: the tree's points */
 	float *y[3];              /* DSF less the Lambertian part */
+	uint32_t (*near)[RBF_NEAR];
 	float *smooth, top;       /* geometric mean of the neighbours, luminance; the highest */
+	float *total;             /* the same with the Lambertian part: what noise is in proportion to */
 	float *density;           /* of lobes that the signal asks for */
-	float *miss, *sorted;     /* scratch */
+	float *miss, *sorted;     /* what the fit lacks, over what there is in all; scratch */
 	float *weight;            /* of the squared difference, all samples */
 	float *gap;               /* gap_at(), -1: not asked yet */
 	float *area;              /* of the samples held out (areas()), NULL: not asked yet */
@@ -77,14 +81,16 @@ static int gather(work *k)
 	size_t *from = malloc((in->count + 1) * sizeof *from);
 	for (int c = 0; c < channels; c++)
 		k->y[c] = malloc((in->count + 1) * sizeof(float));
+	k->near = malloc((in->count + 1) * sizeof *k->near);
 	k->smooth = malloc((in->count + 1) * sizeof(float));
+	k->total = malloc((in->count + 1) * sizeof(float));
 	k->density = malloc((in->count + 1) * sizeof(float));
 	k->miss = malloc((in->count + 1) * sizeof(float));
 	k->sorted = malloc((in->count + 1) * sizeof(float));
 	k->weight = malloc((in->count + 1) * sizeof(float));
 	k->gap = malloc((in->count + 1) * sizeof(float));
 	k->outlier = calloc(in->count + 1, 1);
-	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->smooth || !k->density || !k->miss || !k->sorted || !k->weight || !k->gap || !k->outlier;
+	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->near || !k->smooth || !k->total || !k->density || !k->miss || !k->sorted || !k->weight || !k->gap || !k->outlier;
 	for (size_t i = 0; i < in->count && !failed; i++) {
 		if (k->hold > 1 && i % k->hold == k->hold / 2)
 			continue;
@@ -111,6 +117,11 @@ static int gather(work *k)
 static void smooth(work *k, const float *y)
 {
 	float top = 0;
+	for (size_t i = 0; i < k->n; i++) {
+		float distance[RBF_NEAR];
+		for (int j = rbf_tree_nearest(&k->tree, k->w[i], RBF_NEAR, k->near[i], distance); j < RBF_NEAR; j++)
+			k->near[i][j] = (uint32_t)i;
+	}
 	for (size_t i = 0; i < k->n; i++)
 		top = fmaxf(top, y[i]);
 	if (!(top > 0)) {
@@ -122,12 +133,10 @@ static void smooth(work *k, const float *y)
 	for (size_t i = 0; i < k->n; i++)
 		logarithm[i] = logf(fmaxf(y[i], low));
 	for (size_t i = 0; i < k->n; i++) {
-		uint32_t index[SMOOTH];
-		float distance[SMOOTH], sum = 0;
-		const int found = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH, index, distance);
-		for (int j = 0; j < found; j++)
-			sum += logarithm[index[j]];
-		k->smooth[i] = expf(sum / (float)found);
+		float sum = 0;
+		for (int j = 0; j < SMOOTH; j++)
+			sum += logarithm[k->near[i][j]];
+		k->smooth[i] = expf(sum / SMOOTH);
 	}
 }
 
@@ -185,114 +194,13 @@ static int widths(work *k)
 	return 0;
 }
 
-/* Solves the 4 x 4 system in place by elimination with pivots; 0 if it is singular. */
-static int solve4(double m[4][5])
+static float lambertian_at(const work *k, size_t i)
 {
-	for (int c = 0; c < 4; c++) {
-		int pivot = c;
-		for (int r = c + 1; r < 4; r++)
-			if (fabs(m[r][c]) > fabs(m[pivot][c]))
-				pivot = r;
-		if (!(fabs(m[pivot][c]) > 1e-12))
-			return 0;
-		for (int i = 0; i < 5; i++) {
-			const double t = m[c][i];
-			m[c][i] = m[pivot][i];
-			m[pivot][i] = t;
-		}
-		for (int r = 0; r < 4; r++) {
-			const double f = m[r][c] / m[c][c];
-			for (int i = c; i < 5 && r != c; i++)
-				m[r][i] -= f * m[c][i];
-		}
-	}
-	return 1;
+	return k->lambertian[rbf_luminance((uint32_t)k->channels)] * k->w[i][2] * (float)(1 / RBF_PI);
 }
 
-/* A Gaussian by regression, log(y - base) = a + b.t - kappa/2 t^2 over the nearest samples of sample i, t in the tangent plane,
- * joins as a candidate if the samples tell it. */
-static void add_peak(work *k, size_t i, int nearest, float base)
-{
-	uint32_t index[PEAK_AROUND];
-	float distance[PEAK_AROUND];
-	const int count = rbf_tree_nearest(&k->tree, k->w[i], nearest, index, distance);
-	const float *w = k->w[i];
-	float t[3], u[3];
-	rbf_basis(w, t, u);
-	const double unit = sqrt((double)distance[count - 1]);
-	double m[4][5] = {{0}};
-	float peak = 0;
-	int used = 0;
-	if (count < nearest || !(unit > 0))
-		return;
-	for (int j = 0; j < count; j++)
-		peak = fmaxf(peak, k->level[index[j]] - base);
-	for (int j = 0; j < count; j++) {
-		const float *p = k->w[index[j]], level = k->level[index[j]] - base;
-		const double x = (double)rbf_dot(p, t) / unit, y = (double)rbf_dot(p, u) / unit;
-		const double row[5] = {1, x, y, x*x + y*y, (double)logf(fmaxf(level, 1e-30f))};
-		if (level < PEAK_PART * peak)
-			continue;
-		used++;
-		for (int r = 0; r < 4; r++)
-			for (int q = 0; q < 5; q++)
-				m[r][q] += row[r] * row[q];
-	}
-	if (used < 6 || !solve4(m))
-		return;
-	const double curvature = -2 * m[3][4] / m[3][3], kappa = curvature / (unit * unit);
-	const double x = m[1][4] / m[1][1] / curvature * unit, y = m[2][4] / m[2][2] / curvature * unit;
-	if (!(kappa > 1 / (SIGMA_MAX * SIGMA_MAX)) || !(kappa < 1 / (SIGMA_MIN * SIGMA_MIN)) || !(hypot(x, y) < unit))
-		return;
-	float *c = k->centre[k->lobes];
-	for (int q = 0; q < 3; q++)
-		c[q] = w[q] + (float)x * t[q] + (float)y * u[q];
-	rbf_normalize(c);
-	/* samples that all lie on a circle tell neither; an amplitude that no sample sees would be anything */
-	rbf_tree_nearest(&k->tree, c, 1, index, distance);
-	if (kappa * (double)distance[0] > PEAK_SEEN * PEAK_SEEN)
-		return;
-	k->kappa[k->lobes++] = (float)kappa;
-}
-
-/* A narrow peak holds few samples, and none sits on its top: local maxima add candidates, the most prominent ones if there are
- * many. What counts is how far one stands out of its surroundings, not how high it is: errors are relative. A peak that is seen
- * down to its foot is also tried without what lies under it. */
-static void peaks(work *k)
-{
-	static const int nearest[] = {PEAK_AROUND / 4, PEAK_AROUND / 2, PEAK_AROUND};
-	struct { size_t sample; float prominence, base; } most[PEAKS + 1];
-	int found = 0;
-	for (size_t i = 0; i < k->n && k->top > 0; i++) {
-		uint32_t index[PEAK_AROUND];
-		float distance[PEAK_AROUND], around = 0, base = k->smooth[i];
-		if (k->smooth[i] < (float)WEIGHT_FLOOR * k->top)
-			continue;
-		const int near = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH, index, distance);
-		int highest = 1;
-		for (int j = 0; j < near && highest; j++)
-			highest = k->smooth[index[j]] < k->smooth[i] || (k->smooth[index[j]] == k->smooth[i] && index[j] >= i);
-		if (!highest)
-			continue;
-		const int count = rbf_tree_nearest(&k->tree, k->w[i], PEAK_AROUND, index, distance);
-		for (int j = 0; j < count; j++) {
-			around += k->smooth[index[j]] / k->smooth[i] / (float)count;
-			base = fminf(base, k->smooth[index[j]]);
-		}
-		int place = found < PEAKS ? found++ : PEAKS;
-		for (; place > 0 && 1 - around > most[place - 1].prominence; place--)
-			most[place] = most[place - 1];
-		most[place].sample = i;
-		most[place].prominence = 1 - around;
-		most[place].base = base < .5f * k->smooth[i] ? base : 0;
-	}
-	for (int p = 0; p < found; p++)
-		for (size_t n = 0; n < sizeof nearest / sizeof *nearest; n++)
-			for (int foot = 0; foot < (most[p].base > 0 ? 2 : 1); foot++)
-				add_peak(k, most[p].sample, nearest[n], foot ? most[p].base : 0);
-}
-
-/* Density of lobes and weights from the smoothed signal: max(signal, floor)^-1, since the noisy one would bias the energy. */
+/* Density of lobes from the smoothed signal, and weights from it and the Lambertian part: max(signal, floor)^-1, since the noisy one would
+ * bias the energy. */
 static void weigh(work *k)
 {
 	for (size_t i = 0; i < k->n; i++)
@@ -301,7 +209,8 @@ static void weigh(work *k)
 		/* 1 / s; by f rather than DSF, if not wholly: near the horizon f is large where the DSF ends */
 		const float signal = k->smooth[i] / k->top / sqrtf(fmaxf(k->w[i][2], .02f));
 		k->density[i] = powf(fmaxf(signal, (float)FLOOR), (float)DENSITY);
-		k->weight[i] = 1 / fmaxf(k->smooth[i], (float)WEIGHT_FLOOR * k->top);
+		k->total[i] = fmaxf(k->smooth[i] + lambertian_at(k, i), (float)WEIGHT_FLOOR * k->top);
+		k->weight[i] = 1 / k->total[i];
 	}
 }
 
@@ -312,8 +221,9 @@ static int place(work *k, uint32_t lobes)
 		lobes = (uint32_t)k->n;
 	if (!(k->top > 0))
 		lobes = 0; /* nothing but the Lambertian part */
-	k->centre = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->centre);
-	k->kappa = malloc((2 * (size_t)lobes + 6 * PEAKS + 1) * sizeof *k->kappa);
+	const size_t room = 2 * (size_t)lobes + RBF_PEAKS_MOST + MISSED * ROUNDS + 1;
+	k->centre = malloc(room * sizeof *k->centre);
+	k->kappa = malloc(room * sizeof *k->kappa);
 	k->across = malloc(((size_t)lobes + 1) * sizeof *k->across);
 	uint32_t *order = malloc(((size_t)lobes + 1) * sizeof *order);
 	const ptrdiff_t placed = !k->centre || !k->kappa || !k->across || !order ? -1
@@ -328,8 +238,20 @@ static int place(work *k, uint32_t lobes)
 	k->lobes = (uint32_t)placed;
 	if (widths(k))
 		return -1;
-	peaks(k);
+	const rbf_peaks_samples samples = {&k->tree, (const uint32_t (*)[RBF_NEAR])k->near, k->level, k->smooth, (float)WEIGHT_FLOOR * k->top};
+	k->lobes += rbf_peaks_find(&samples, (double[2]){SIGMA_MIN, SIGMA_MAX}, k->centre + k->lobes, k->kappa + k->lobes);
 	return 0;
+}
+
+/* Adds a little to the diagonal, lobes `from` on, but never much of a lobe's own weight: narrow lobes on a peak would be shrunk. */
+static void add_ridge(work *k, size_t from)
+{
+	const size_t m = k->lobes;
+	double *gram = k->equations.gram, mean = 0;
+	for (size_t j = 0; j < m; j++)
+		mean += gram[j * m + j] / (double)m;
+	for (size_t j = from; j < m; j++)
+		gram[j * m + j] += fmin(RIDGE * mean, RIDGE_MOST * gram[j * m + j]);
 }
 
 /* Weighted normal equations. */
@@ -337,16 +259,12 @@ static int equations(work *k, int channels)
 {
 	const size_t m = k->lobes;
 	rbf_equations *e = &k->equations;
-	double mean = 0;
 	*e = (rbf_equations){.samples = k->n, .direction = (const float (*)[3])k->w, .weight = k->weight, .value = {k->y[0], k->y[1], k->y[2]},
 		.channels = channels, .lobes = m, .centre = (const float (*)[3])k->centre, .kappa = k->kappa};
 	k->amplitude = calloc(m * (size_t)channels + 1, sizeof *k->amplitude);
 	if (!k->amplitude || rbf_equations_make(e))
 		return -1;
-	for (size_t j = 0; j < m; j++)
-		mean += e->gram[j * m + j] / (double)m;
-	for (size_t j = 0; j < m; j++) /* never much of a lobe's own weight: narrow lobes on a peak would be shrunk */
-		e->gram[j * m + j] += fmin(RIDGE * mean, RIDGE_MOST * e->gram[j * m + j]);
+	add_ridge(k, 0);
 	return 0;
 }
 
@@ -356,35 +274,69 @@ static int ascending(const void *a, const void *b)
 	return x < y ? -1 : x > y;
 }
 
-/* A sample that the fit misses by far while it meets those around it is a fault of the measurement (cosmic ray, dropout); where
- * several neighbours are missed, it is the fit that is at fault, and they stay. Returns how many are newly excluded. */
-static size_t find_outliers(work *k, const rbf_lobes *fitted)
+/* Sets what the fit lacks; returns by how much noise spreads that. */
+static float find_misses(work *k, const rbf_lobes *fitted)
 {
 	const uint32_t y = rbf_luminance(fitted->channels);
-	float *miss = k->miss, *sorted = k->sorted;
-	size_t found = 0;
 	for (size_t i = 0; i < k->n; i++) {
 		float value[3];
 		rbf_lobes_sum(fitted, k->w[i], value);
-		miss[i] = sorted[i] = fabsf(k->level[i] - value[y]) / fmaxf(fmaxf(value[y], k->smooth[i]), (float)WEIGHT_FLOOR * k->top);
+		k->miss[i] = (k->level[i] - value[y]) / fmaxf(value[y] + lambertian_at(k, i), k->total[i]);
 	}
-	qsort(sorted, k->n, sizeof *sorted, ascending);
-	const float spread = 1.4826f * sorted[k->n / 2];
+	const size_t some = (k->n + SOME - 1) / SOME;
+	for (size_t i = 0; i < some; i++)
+		k->sorted[i] = fabsf(k->miss[SOME * i]);
+	qsort(k->sorted, some, sizeof *k->sorted, ascending);
+	return 1.4826f * k->sorted[some / 2];
+}
+
+/* A sample that the fit misses by far while it meets those around it is a fault of the measurement (cosmic ray, dropout); where
+ * several neighbours are missed, it is the fit that is at fault, and they stay. Returns how many are newly excluded. */
+static size_t find_outliers(work *k, float spread)
+{
+	const float *miss = k->miss;
+	size_t found = 0;
 	for (size_t i = 0; i < k->n; i++) {
-		uint32_t index[SMOOTH + 1];
-		float distance[SMOOTH + 1];
+		const float much = fabsf(miss[i]);
 		int missed = 0;
-		if (k->outlier[i] || !(miss[i] > OUTLIER * spread) || !(miss[i] > OUTLIER_MIN))
+		if (k->outlier[i] || !(much > OUTLIER * spread) || !(much > OUTLIER_MIN))
 			continue;
-		const int around = rbf_tree_nearest(&k->tree, k->w[i], SMOOTH + 1, index, distance);
-		for (int j = 0; j < around; j++)
-			missed += index[j] != i && miss[index[j]] > .4f * miss[i];
+		for (int j = 0; j < RBF_NEAR; j++)
+			missed += k->near[i][j] != i && fabsf(miss[k->near[i][j]]) > .4f * much;
 		if (missed <= 1) {
 			k->outlier[i] = 1;
 			found++;
 		}
 	}
 	return found;
+}
+
+/* Lobes join where the fit lacks most, the equations are extended and the solution so far is kept to start from. Returns
+ * how many joined, or -1 when out of memory. */
+static int add_missed(work *k, float spread)
+{
+	const rbf_misses misses = {&k->tree, (const uint32_t (*)[RBF_NEAR])k->near, k->miss, k->total, k->outlier, spread};
+	const size_t former = k->lobes, channels = (size_t)k->channels;
+	rbf_missed found[MISSED];
+	const int count = rbf_missed_find(&misses, (double[2]){SIGMA_MIN, SIGMA_MAX}, MISSED, found);
+	if (count <= 0)
+		return count;
+	for (int f = 0; f < count; f++) {
+		memcpy(k->centre[k->lobes], k->w[found[f].sample], sizeof *k->centre);
+		k->kappa[k->lobes++] = found[f].kappa;
+	}
+	double *amplitude = calloc(k->lobes * channels + 1, sizeof *amplitude);
+	k->equations.lobes = k->lobes;
+	if (!amplitude || rbf_equations_add(&k->equations, former, k->outlier)) {
+		free(amplitude);
+		return -1;
+	}
+	for (size_t c = 0; c < channels; c++)
+		memcpy(amplitude + c * k->lobes, k->amplitude + c * former, former * sizeof *amplitude);
+	free(k->amplitude);
+	k->amplitude = amplitude;
+	add_ridge(k, former);
+	return count;
 }
 
 /* Samples are dense where there is much light: each counts for the solid angle it stands for, up to a common factor that of a cap which
@@ -458,7 +410,9 @@ void rbf_fit_end(rbf_fitting *k)
 	rbf_tree_free(&k->tree);
 	for (int c = 0; c < 3; c++)
 		free(k->y[c]);
+	free(k->near);
 	free(k->smooth);
+	free(k->total);
 	free(k->density);
 	free(k->miss);
 	free(k->sorted);
@@ -474,14 +428,27 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 	memset(out, 0, sizeof *out);
 	memset(k->outlier, 0, k->n);
 	int failed = place(k, lobes) || equations(k, k->channels) || solve(k, out);
-	if (!failed && find_outliers(k, out)) {
+	float spread = failed || !k->lobes ? 0 : find_misses(k, out);
+	if (!failed && k->lobes && find_outliers(k, spread)) {
 		rbf_lobes_free(out);
 		failed = rbf_equations_leave_out(&k->equations, k->outlier) || solve(k, out);
+		spread = failed ? 0 : find_misses(k, out);
+	}
+	for (int round = 0; round < ROUNDS && spread > 0; round++) {
+		const int more = add_missed(k, spread);
+		failed = more < 0;
+		if (more <= 0)
+			break;
+		rbf_lobes_free(out);
+		failed = solve(k, out);
+		spread = failed || more < FEW ? 0 : find_misses(k, out);
 	}
 	failed = failed || (error && k->hold > 1 && !k->area && areas(k));
 	if (!failed && error)
 		*error = held_out_error(k, out);
 	forget(k);
+	if (failed)
+		rbf_lobes_free(out);
 	return failed ? -1 : 0;
 }
 

@@ -17,6 +17,7 @@ int rbf_tree_build(rbf_tree *tree, size_t count, const float (*points)[3]);
 void rbf_tree_free(rbf_tree *tree);
 
 enum { RBF_NEAREST_MOST = 64 };
+enum { RBF_NEAR = 9 }; /* nearest points that fits keep of each, itself included and nearest first; where there are fewer, itself repeats */
 
 /* The `k` (at most RBF_NEAREST_MOST) points nearest to p, nearest first, into index[k] and squared distance[k]. Returns how many. */
 int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *index, float *distance);
