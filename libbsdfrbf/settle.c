@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "settle.h"
+#include "clones.h"
+#include "elementary.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { SETTLING = 30 }; /* rounds */
 
@@ -67,6 +70,7 @@ typedef struct matter {
 	uint32_t *lobe;
 	float (*point)[SPREAD][3];
 	float (*wanted)[SPREAD][RBF_MAX_FRAMES]; /* what the neighbours predict of each frame there */
+	rbf_amplitude *seen;    /* [lobes][SPREAD][blocks]: what each lobe of the incidence is there, for an amplitude of 1 */
 } matter;
 
 static void free_matter(matter *m)
@@ -74,6 +78,31 @@ static void free_matter(matter *m)
 	free(m->lobe);
 	free(m->point);
 	free(m->wanted);
+	free(m->seen);
+}
+
+RBF_CLONES static void see(const rbf_block *block, uint32_t blocks, const float point[3], rbf_amplitude *seen)
+{
+	for (uint32_t b = 0; b < blocks; b++)
+		for (int i = 0; i < RBF_LANES; i++) {
+			const float x = block[b].x[i] - point[0], y = block[b].y[i] - point[1], z = block[b].z[i] - point[2];
+			seen[b].a[i] = rbf_exp_negative(-.5f * block[b].k[i] * (x*x + y*y + z*z));
+		}
+}
+
+typedef float lanes __attribute__((vector_size(4 * RBF_LANES)));
+
+/* Sum of all lobes with their amplitudes. */
+RBF_CLONES static float add_up(const rbf_amplitude *seen, const rbf_amplitude *amplitude, uint32_t blocks)
+{
+	lanes sum = {0};
+	for (uint32_t b = 0; b < blocks; b++) {
+		lanes one, of;
+		memcpy(&one, &seen[b], sizeof one);
+		memcpy(&of, &amplitude[b], sizeof of);
+		sum += one * of;
+	}
+	return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
 }
 
 static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], rbf_lobes *const part[], uint32_t base,
@@ -87,11 +116,13 @@ static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 			to->lobe[to->lobes++] = i;
 	to->point = malloc((to->lobes + 1) * sizeof *to->point);
 	to->wanted = malloc((to->lobes + 1) * sizeof *to->wanted);
-	if (!to->lobe || !to->point || !to->wanted)
+	to->seen = malloc(((size_t)to->lobes * SPREAD * l->blocks + 1) * sizeof *to->seen);
+	if (!to->lobe || !to->point || !to->wanted || !to->seen)
 		return -1;
 	for (uint32_t i = 0; i < to->lobes; i++) {
 		spread_of(l, to->lobe[i], to->point[i]);
 		for (int n = 0; n < SPREAD; n++) {
+			see(l->block, l->blocks, to->point[i][n], to->seen + ((size_t)i * SPREAD + (size_t)n) * l->blocks);
 			const float self = rbf_lobes_luminance(l, to->point[i][n]) + 1e-9f;
 			for (uint32_t f = 0; f < frames; f++)
 				to->wanted[i][n][f] = expf(rbf_label_prediction(m, &m->candidate[frame[f]], part[f], base, to->point[i][n], self));
@@ -124,7 +155,8 @@ static void settle_base(const rbf_fitted *m, uint32_t frames, const matter *to, 
 			for (uint32_t f = 0; f < frames; f++) {
 				float ratio = 0;
 				for (int n = 0; n < SPREAD; n++)
-					ratio += SPREAD_WEIGHT[n] * to->wanted[i][n][f] / (rbf_lobes_luminance(&own[f], to->point[i][n]) + 1e-9f);
+					ratio += SPREAD_WEIGHT[n] * to->wanted[i][n][f]
+						/ (add_up(to->seen + ((size_t)i * SPREAD + (size_t)n) * l->blocks, own[f].amplitude, l->blocks) + 1e-9f);
 				sum += r[f] *= ratio;
 			}
 			for (uint32_t f = 0; f < frames; f++)
