@@ -52,12 +52,19 @@ static double slope_at(const bsdfrbf_model *model, int component, const float ve
 	return here > 0 && before > 0 ? log(here / before) / step : 0;
 }
 
+/* How far inside a border the trend is seen from: the last interval of a chain, the mean side of triangles. */
+static double step_of(const rbf_mesh *mesh)
+{
+	const rbf_vertex *last = mesh->vertex + mesh->vertices - 1;
+	return mesh->symmetry == RBF_ISOTROPIC && mesh->vertices > 1 ? (double)rbf_angle(last[-1].direction, last->direction) : rbf_mesh_spacing(mesh);
+}
+
 static float *trend_of(const bsdfrbf_model *model, int component)
 {
 	const rbf_component *c = &model->component[component];
 	const rbf_mesh *mesh = &c->mesh;
 	const uint32_t lines = 4 * c->dhr_steps;
-	const double step = rbf_mesh_spacing(mesh);
+	const double step = step_of(mesh);
 	float (*out)[3] = outward(mesh);
 	double (*rate)[2] = calloc((size_t)mesh->vertices + 1, sizeof *rate); /* slope, room */
 	float *trend = malloc(((size_t)mesh->borders * lines + 1) * sizeof *trend);
