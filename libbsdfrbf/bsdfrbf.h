@@ -187,7 +187,7 @@ typedef struct bsdfrbf_build_options {
 	int threads;      /* 0: as many as OpenMP offers */
 	char symmetry;    /* 0: found from the data; 'I' isotropic, 'Q' quadrilateral, 'B' bilateral,
 	                     'U' 180 degrees ("up"), 'A' anisotropic */
-	int lobes;        /* lobes per incidence; 0: chosen from the data */
+	int lobes;        /* places of lobes that each incidence starts with; 0: chosen from the data */
 	const bsdfrbf_team *team; /* NULL: this process alone */
 } bsdfrbf_build_options;
 

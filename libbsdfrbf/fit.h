@@ -10,7 +10,8 @@
  * Returns 0, or -1 when out of memory or a process gave up. Opens OpenMP regions. */
 int rbf_fit_lambertian(const rbf_team *team, const rbf_measured *measured, int channels, float lambertian[3]);
 
-/* Fits at most `lobes` lobes to the samples less the Lambertian part. `hold` > 1 leaves out every hold-th sample and puts the
+/* Fits lobes to the samples less the Lambertian part: at `lobes` places, with wider ones among them, and where those miss several samples
+ * alike. `hold` > 1 leaves out every hold-th sample and puts the
  * relative L1 of the fit against those, each for the solid angle it stands for, in *error, unless that is NULL (-1: none left out). Returns 0,
  * or -1 when out of memory. Thread-safe. */
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,

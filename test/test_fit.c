@@ -91,21 +91,28 @@ static void nearest_neighbours(void **state)
 	rbf_tree_free(&tree);
 }
 
+/* Directions of the hemisphere at random, and weights. */
+static void spread_out(uint64_t seed, int count, float (*w)[3], float *weight)
+{
+	for (int i = 0; i < count; i++) {
+		const double z = random_unit(&seed), phi = 6.2831853 * random_unit(&seed), s = sqrt(1 - z*z);
+		w[i][0] = (float)(s * cos(phi));
+		w[i][1] = (float)(s * sin(phi));
+		w[i][2] = (float)z;
+		weight[i] = (float)(1 + random_unit(&seed));
+	}
+}
+
 /* Samples left out afterwards: as if they had never counted, however wild their values. */
 static void leave_out(float wild)
 {
 	enum { N = 500, M = 37 };
 	static float w[N][3], weight[N], value[N], centre[M][3], kappa[M];
 	static uint8_t out[N];
-	uint64_t seed = 5;
+	spread_out(5, N, w, weight);
 	for (int i = 0; i < N; i++) {
-		const double z = random_unit(&seed), phi = 6.2831853 * random_unit(&seed), s = sqrt(1 - z*z);
-		w[i][0] = (float)(s * cos(phi));
-		w[i][1] = (float)(s * sin(phi));
-		w[i][2] = (float)z;
-		weight[i] = (float)(1 + random_unit(&seed));
 		out[i] = i % 90 == 17;
-		value[i] = out[i] ? wild : (float)z;
+		value[i] = out[i] ? wild : w[i][2];
 	}
 	for (int j = 0; j < M; j++) {
 		memcpy(centre[j], w[j * 13], sizeof centre[j]);
@@ -145,16 +152,11 @@ static void joined(void **state)
 	enum { N = 500, M = 61, FORMER = 38 };
 	static float w[N][3], weight[N], value[2][N], centre[M][3], kappa[M];
 	static uint8_t out[N];
-	uint64_t seed = 7;
+	spread_out(7, N, w, weight);
 	for (int i = 0; i < N; i++) {
-		const double z = random_unit(&seed), phi = 6.2831853 * random_unit(&seed), s = sqrt(1 - z*z);
-		w[i][0] = (float)(s * cos(phi));
-		w[i][1] = (float)(s * sin(phi));
-		w[i][2] = (float)z;
-		weight[i] = (float)(1 + random_unit(&seed));
 		out[i] = i % 71 == 20;
-		value[0][i] = (float)z;
-		value[1][i] = (float)s;
+		value[0][i] = w[i][2];
+		value[1][i] = fabsf(w[i][0]);
 	}
 	for (int j = 0; j < M; j++) {
 		memcpy(centre[j], w[j * 8], sizeof centre[j]);
