@@ -311,6 +311,15 @@ static size_t find_outliers(work *k, float spread)
 	return found;
 }
 
+/* Whether a lobe is there already, or one much like it: a second one would mend nothing, and hardly be told from it. */
+static int is_there(const work *k, rbf_missed one)
+{
+	for (uint32_t j = 0; j < k->lobes; j++)
+		if (!memcmp(k->centre[j], k->w[one.sample], sizeof *k->centre) && k->kappa[j] > .5f * one.kappa && k->kappa[j] < 2 * one.kappa)
+			return 1;
+	return 0;
+}
+
 /* Lobes join where the fit lacks most, the equations are extended and the solution so far is kept to start from. Returns
  * how many joined, or -1 when out of memory. */
 static int add_missed(work *k, float spread)
@@ -319,12 +328,14 @@ static int add_missed(work *k, float spread)
 	const size_t former = k->lobes, channels = (size_t)k->channels;
 	rbf_missed found[MISSED];
 	const int count = rbf_missed_find(&misses, (double[2]){SIGMA_MIN, SIGMA_MAX}, MISSED, found);
-	if (count <= 0)
-		return count;
 	for (int f = 0; f < count; f++) {
+		if (is_there(k, found[f]))
+			continue;
 		memcpy(k->centre[k->lobes], k->w[found[f].sample], sizeof *k->centre);
 		k->kappa[k->lobes++] = found[f].kappa;
 	}
+	if (count < 0 || k->lobes == former)
+		return count < 0 ? -1 : 0;
 	double *amplitude = calloc(k->lobes * channels + 1, sizeof *amplitude);
 	k->equations.lobes = k->lobes;
 	if (!amplitude || rbf_equations_add(&k->equations, former, k->outlier)) {
@@ -336,7 +347,7 @@ static int add_missed(work *k, float spread)
 	free(k->amplitude);
 	k->amplitude = amplitude;
 	add_ridge(k, former);
-	return count;
+	return (int)(k->lobes - former);
 }
 
 /* Samples are dense where there is much light: each counts for the solid angle it stands for, up to a common factor that of a cap which
