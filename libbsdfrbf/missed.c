@@ -28,7 +28,7 @@ static int highest(const rbf_misses *m, const float *mean, size_t i)
 {
 	for (int j = 0; j < RBF_NEAR; j++) {
 		const uint32_t n = m->near[i][j];
-		if (mean[n] > mean[i] || (mean[n] == mean[i] && n < i))
+		if (mean[n] > mean[i] || (n < i && mean[n] == mean[i]))
 			return 0;
 	}
 	return 1;

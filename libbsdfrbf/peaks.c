@@ -95,7 +95,7 @@ uint32_t rbf_peaks_find(const rbf_peaks_samples *k, const double sigma[2], float
 		int highest = 1;
 		for (int j = 0; j < RBF_NEAR && highest; j++) {
 			const uint32_t n = k->near[i][j];
-			highest = k->smooth[n] < k->smooth[i] || (k->smooth[n] == k->smooth[i] && n >= i);
+			highest = k->smooth[n] < k->smooth[i] || (n >= i && k->smooth[n] == k->smooth[i]);
 		}
 		if (!highest)
 			continue;
