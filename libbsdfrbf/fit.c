@@ -10,13 +10,13 @@
 #include "equations.h"
 #include "farthest.h"
 #include "missed.h"
-#include "peaks.h"
 #include "nonnegative.h"
+#include "peaks.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUNDS = 6, MISSED = 32, FEW = 4 }; /* of lobes that join; places for them in each, and so few that it is the last one */
+enum { ROUNDS = 6, MISSED = 32, FEW = 4 }; /* rounds in which lobes join; how many in each at most; so few make it the last one */
 enum { SOME = 4 }; /* every fourth sample tells the median */
 enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, GAP_AROUND = 48, AREA_AROUND = 32 };
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
