@@ -115,14 +115,15 @@ static void add_right(rbf_equations *e, size_t first, group *g, size_t start, do
 	}
 }
 
-static void add_gram(rbf_equations *e, group *g, double sign)
+/* The upper half of the lobes in the list, columns `start` on. */
+static void add_gram(rbf_equations *e, group *g, size_t start, double sign)
 {
 	for (size_t row = 0; row < g->near; row += ROWS) {
-		multiply(g, row, row / COLUMNS * COLUMNS, g->product);
+		multiply(g, row, (row > start ? row : start) / COLUMNS * COLUMNS, g->product);
 		for (size_t r = 0; r < ROWS && row + r < g->near; r++) {
 			const float *from = g->product + r * g->padded;
 			double *to = e->gram + (size_t)g->list[row + r] * e->lobes;
-			for (size_t q = row + r; q < g->near; q++)
+			for (size_t q = row + r > start ? row + r : start; q < g->near; q++)
 				to[g->list[q]] += sign * (double)from[q];
 		}
 	}
@@ -180,6 +181,7 @@ static void group_start(const rbf_equations *e, size_t first, const uint8_t *out
 	list_near(e, g);
 }
 
+/* And what these lobes are there. */
 static void group_set(const rbf_equations *e, size_t first, const uint8_t *out, group *g)
 {
 	group_start(e, first, out, g);
@@ -212,26 +214,12 @@ int rbf_equations_make(rbf_equations *e)
 	for (size_t first = 0; first < e->samples && m; first += GROUP) {
 		group_set(e, first, NULL, &g);
 		add_right(e, first, &g, 0, 1);
-		add_gram(e, &g, 1);
+		add_gram(e, &g, 0, 1);
 	}
 	mirror(m, e->gram);
 	group_free(&g);
 	sum_up(e, NULL);
 	return 0;
-}
-
-/* Lobes in the list from `start` on with all of it. */
-static void add_new(rbf_equations *e, group *g, size_t start)
-{
-	for (size_t row = start; row < g->near; row += ROWS) {
-		multiply(g, row, 0, g->product);
-		for (size_t r = 0; r < ROWS && row + r < g->near; r++) {
-			const float *from = g->product + r * g->padded;
-			double *to = e->gram + (size_t)g->list[row + r] * e->lobes;
-			for (size_t q = 0; q < g->near; q++)
-				to[g->list[q]] += (double)from[q];
-		}
-	}
 }
 
 int rbf_equations_add(rbf_equations *e, size_t former, const uint8_t *out)
@@ -260,11 +248,9 @@ int rbf_equations_add(rbf_equations *e, size_t former, const uint8_t *out)
 			continue;
 		set_values(&g);
 		add_right(e, first, &g, start, 1);
-		add_new(e, &g, start);
+		add_gram(e, &g, start, 1);
 	}
-	for (size_t row = 0; row < former; row++)
-		for (size_t column = former; column < m; column++)
-			gram[row * m + column] = gram[column * m + row];
+	mirror(m, gram);
 	group_free(&g);
 	return 0;
 }
@@ -291,7 +277,7 @@ int rbf_equations_leave_out(rbf_equations *e, const uint8_t *out)
 		const int some = any(out, first, e->samples);
 		if (some) { /* to the last digit what was added */
 			group_set(e, first, NULL, &g);
-			add_gram(e, &g, -1);
+			add_gram(e, &g, 0, -1);
 			if (!wild)
 				add_right(e, first, &g, 0, -1);
 		}
@@ -300,7 +286,7 @@ int rbf_equations_leave_out(rbf_equations *e, const uint8_t *out)
 			add_right(e, first, &g, 0, 1);
 		}
 		if (some)
-			add_gram(e, &g, 1);
+			add_gram(e, &g, 0, 1);
 	}
 	mirror(e->lobes, e->gram);
 	group_free(&g);

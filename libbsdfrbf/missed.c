@@ -24,16 +24,6 @@ static float mean_miss(const rbf_misses *m, size_t i)
 	return 2 * count > RBF_NEAR ? sum / (float)count : 0;
 }
 
-static int highest(const rbf_misses *m, const float *mean, size_t i)
-{
-	for (int j = 0; j < RBF_NEAR; j++) {
-		const uint32_t n = m->near[i][j];
-		if (mean[n] > mean[i] || (n < i && mean[n] == mean[i]))
-			return 0;
-	}
-	return 1;
-}
-
 /* The best width at sample i. */
 static rbf_missed best_at(const rbf_misses *m, size_t i, const double sigma[2])
 {
@@ -68,7 +58,7 @@ int rbf_missed_find(const rbf_misses *m, const double sigma[2], int most, rbf_mi
 	for (size_t i = 0; i < m->tree->count; i++)
 		mean[i] = mean_miss(m, i);
 	for (size_t i = 0; i < m->tree->count; i++) {
-		if (!(mean[i] > m->spread) || !highest(m, mean, i)) /* three standard errors */
+		if (!(mean[i] > m->spread) || !rbf_near_highest(m->near, mean, i)) /* three standard errors */
 			continue;
 		const rbf_missed one = best_at(m, i, sigma);
 		if (!((double)one.gain > GAIN))

@@ -19,6 +19,17 @@ void rbf_tree_free(rbf_tree *tree);
 enum { RBF_NEAREST_MOST = 64 };
 enum { RBF_NEAR = 9 }; /* nearest points that fits keep of each, itself included and nearest first; where there are fewer, itself repeats */
 
+/* Whether a value is the highest among those of its neighbours; of equals, the first. */
+static inline int rbf_near_highest(const uint32_t (*near)[RBF_NEAR], const float *value, size_t i)
+{
+	for (int j = 0; j < RBF_NEAR; j++) {
+		const uint32_t n = near[i][j];
+		if (value[n] > value[i] || (n < i && value[n] == value[i]))
+			return 0;
+	}
+	return 1;
+}
+
 /* The `k` (at most RBF_NEAREST_MOST) points nearest to p, nearest first, into index[k] and squared distance[k]. Returns how many. */
 int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *index, float *distance);
 #endif

@@ -90,14 +90,7 @@ uint32_t rbf_peaks_find(const rbf_peaks_samples *k, const double sigma[2], float
 	for (size_t i = 0; i < k->tree->count; i++) {
 		uint32_t index[PEAK_AROUND];
 		float distance[PEAK_AROUND], around = 0, base = k->smooth[i];
-		if (!(k->smooth[i] > 0) || k->smooth[i] < k->floor)
-			continue;
-		int highest = 1;
-		for (int j = 0; j < RBF_NEAR && highest; j++) {
-			const uint32_t n = k->near[i][j];
-			highest = k->smooth[n] < k->smooth[i] || (n >= i && k->smooth[n] == k->smooth[i]);
-		}
-		if (!highest)
+		if (!(k->smooth[i] > 0) || k->smooth[i] < k->floor || !rbf_near_highest(k->near, k->smooth, i))
 			continue;
 		const int count = rbf_tree_nearest(k->tree, k->tree->point[i], PEAK_AROUND, index, distance);
 		for (int j = 0; j < count; j++) {

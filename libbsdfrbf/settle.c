@@ -81,6 +81,7 @@ static void free_matter(matter *m)
 	free(m->seen);
 }
 
+/* What each lobe is at a point. */
 RBF_CLONES static void see(const rbf_block *block, uint32_t blocks, const float point[3], rbf_amplitude *seen)
 {
 	for (uint32_t b = 0; b < blocks; b++)

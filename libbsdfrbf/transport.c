@@ -31,7 +31,8 @@ typedef struct edge {
 /* A node and the tree arc to its parent. Nodes are also in a ring in which the nodes of every subtree follow its top, from the hub on. */
 typedef struct node {
 	int64_t flow;      /* on the arc to the parent */
-	uint32_t parent, next, previous; /* in the ring */
+	uint32_t parent;
+	uint32_t next, previous; /* in the ring */
 	uint32_t last, nodes; /* of its subtree: the last one in the ring, and how many there are */
 	uint32_t arc;      /* index of the edge to the parent */
 	int up;            /* 1: that edge goes from here to the parent */
