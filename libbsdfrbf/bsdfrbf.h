@@ -403,6 +403,7 @@ typedef struct bsdfrbf_component_info {
 	                              + b[n][2] i_z + b[n][3]; "learned shift" moves by their change, "learned turn" turns as they do */
 	int excess;              /* incidences at which more light leaves than arrives, by BSDFRBF_EXCESS at least */
 	float expected_error;    /* relative L1 to expect between measured incidences, < 0 unknown */
+	float even;              /* how far what incidences send is carried to a common level between them, 0 to 1 */
 } bsdfrbf_component_info;
 
 /* Fills in the facts. Errors: ARGUMENT (the component is missing). */

@@ -8,6 +8,7 @@
 #include "edges.h"
 #include "energy.h"
 #include "expect.h"
+#include "levels.h"
 #include "lobe_count.h"
 #include "sample.h"
 #include "trend.h"
@@ -315,6 +316,8 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		return out_of_memory(context);
 	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .4 * span, from + .8 * span, &j->choice));
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, c))
+		return out_of_memory(context);
+	if (rbf_levels_make(&j->fitted, j->choice.even, j->choice.slopes, c))
 		return out_of_memory(context);
 	if (j->choice.cap > 0) {
 		RBF_TRY(rbf_edges_move(context, &j->fitted, &j->choice, c));

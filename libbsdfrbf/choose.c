@@ -14,6 +14,7 @@ static const double LEARN_GAIN = .01; /* of the energy, that a learned frame mus
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
 static const float SETTLED_LOSS = 1.01f;
+static const float EVEN_GAIN = .99f; /* evened levels must lower the error to this share */
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
 enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
 static const double REFINE_STEP = .05, REFINE_END = .02; /* of a coefficient; of the error, between the simplex's corners */
@@ -178,7 +179,7 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 	while (better && !failed && best->frames < FRAMES_MAX) {
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
-			rbf_choice next = {.frames = best->frames + 1, .belief = best->belief};
+			rbf_choice next = {.frames = best->frames + 1, .belief = best->belief, .even = best->even, .slopes = best->slopes};
 			int there = plane && !rbf_map_get(map)->plane;
 			for (uint32_t f = 0; f < best->frames; f++) {
 				next.frame[f] = best->frame[f];
@@ -194,6 +195,23 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 		else
 			rbf_choice_free(&round);
 	}
+	return failed;
+}
+
+/* Evens levels, half or all the way, without slopes or with them, where that helps. */
+static int even(const rbf_left_out *b, rbf_choice *best)
+{
+	rbf_choice round = {0};
+	int failed = 0;
+	for (int way = 0; way < 4 && !failed; way++) {
+		rbf_choice next = {.frames = best->frames, .belief = best->belief, .even = way % 2 ? 2 : 1, .slopes = way / 2};
+		memcpy(next.frame, best->frame, sizeof next.frame);
+		failed = contest(b, &round, next, NULL);
+	}
+	if (!failed && round.error < EVEN_GAIN * best->error)
+		replace(best, &round);
+	else
+		rbf_choice_free(&round);
 	return failed;
 }
 
@@ -258,13 +276,15 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 			rbf_choice_free(&round);
 		*choice = best;
 	}
+	failed = failed || even(b, &best);
+	*choice = best;
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
 	const float caps[2] = {.6f, 1.f};
 	const rbf_choice still[3] = {best, listed, {.frames = 1, .frame = {RBF_MAP_FIXED}, .belief = best.belief}};
 	rbf_choice moved = {0};
 	for (int n = 0; n < 5 && !failed; n++) {
 		const rbf_choice *frames = &still[n / 2];
-		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .belief = frames->belief};
+		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .belief = frames->belief, .even = frames->even, .slopes = frames->slopes};
 		memcpy(next.frame, frames->frame, sizeof next.frame);
 		if (n / 2 != 1 || learned)
 			failed = contest(b, &moved, next, &best);

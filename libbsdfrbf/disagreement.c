@@ -21,12 +21,14 @@ static void middle_of(const rbf_component *c, uint32_t e, float weight[3], float
 	rbf_normalize(d);
 }
 
-/* One corner of a site alone. */
+/* One corner of a site alone, as it is carried there. */
 static void single_out(const rbf_site *site, uint32_t k, rbf_site *one)
 {
 	*one = *site;
-	for (uint32_t n = 0; n < site->corners; n++)
+	for (uint32_t n = 0; n < site->corners; n++) {
 		one->weight[n] = n == k;
+		one->part[n] = n == k ? site->part[n] / site->weight[n] : 0;
+	}
 }
 
 /* Directions are drawn from what the corners say together; each corner alone is compared with that. */

@@ -65,7 +65,7 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_lanes d[3];
 		const rbf_lanes factor = rbf_fan_forward(&site->fan[f], site->incident, site->direction, exitant, d);
-		const rbf_lanes weight = rbf_lanes_load(site->weight) * shares_at(site, f, d[2]) * factor;
+		const rbf_lanes weight = rbf_lanes_load(site->part) * shares_at(site, f, d[2]) * factor;
 		d[0] *= rbf_lanes_load(site->flip[0]);
 		d[1] *= rbf_lanes_load(site->flip[1]);
 		const rbf_lane_mask cell = cells_at(d);

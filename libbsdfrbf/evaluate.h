@@ -18,6 +18,7 @@ typedef struct rbf_site {
 	uint32_t corners;           /* those with weight > 0 */
 	uint32_t base[3], vertex_op[3];
 	float weight[RBF_FAN];      /* 0 beyond the corners */
+	float part[RBF_FAN];        /* the same times what evens their levels (model.h): what each sends, before shares and maps */
 	float direction[3][RBF_FAN]; /* measured directions of the corners */
 	float flip[2][RBF_FAN];     /* signs by which vertex_op mirrors */
 	float scale;                /* of all values: 1, but less outside the mesh where energy would grow */
@@ -44,6 +45,9 @@ void rbf_site_place(const rbf_component *component, uint32_t item, const float w
 /* The same with given corners (vertices of the component's mesh) and without residual motion; the caller may set motion[] and moves. */
 void rbf_site_corners(const rbf_component *component, const float incident[3], const rbf_vertex vertex[3], const float weight[3],
 	rbf_site *site);
+
+/* Evens the levels of a site that has its corners, by `even` halves; level: of each corner. */
+void rbf_site_even(rbf_site *site, uint32_t even, const rbf_level level[3]);
 
 /* Only which operation (or rotation) folds a direction, and site->incident, the folded one. */
 void rbf_site_turn(const rbf_component *component, const float incident[3], rbf_site *site);

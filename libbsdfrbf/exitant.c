@@ -96,7 +96,7 @@ static void mark_lobes(rbf_exitant *e)
 					if (!(kappa > 0) || !((factor = place(site, k, f, b, i, d)) > 0))
 						continue;
 					/* one that is lower than the differences that are left alone needs no attention */
-					factor *= site->weight[k];
+					factor *= site->part[k];
 					const double share = (double)(factor * c->amplitude[(size_t)luminance * c->blocks + b].a[i])
 						* rbf_lobe_integral((double)kappa) / e->energy;
 					factor /= fmaxf(d[2], .1f);
@@ -180,7 +180,7 @@ double rbf_exitant_width(const rbf_site *site)
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			for (uint32_t b = set->first; b < set->first + set->blocks; b++)
 				for (int i = 0; i < RBF_LANES; i++) {
-					const double w = (double)(site->weight[k] * c->amplitude[(size_t)y * c->blocks + b].a[i]);
+					const double w = (double)(site->part[k] * c->amplitude[(size_t)y * c->blocks + b].a[i]);
 					if (w > 0 && c->block[b].k[i] > 0) {
 						kappa += w;
 						weight += w / (double)c->block[b].k[i];

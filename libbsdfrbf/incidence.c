@@ -195,7 +195,7 @@ static void collect_all(const rbf_site *site, width *w)
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			for (uint32_t b = set->first; b < set->first + set->blocks; b++)
 				for (int i = 0; i < RBF_LANES; i++) {
-					const float amplitude = site->weight[k] * luminance[b].a[i], kappa = c->block[b].k[i];
+					const float amplitude = site->part[k] * luminance[b].a[i], kappa = c->block[b].k[i];
 					if (!(amplitude > 0) || !(kappa > 0))
 						continue;
 					w->weight += (double)(amplitude / kappa);

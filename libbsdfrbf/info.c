@@ -49,6 +49,7 @@ bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_co
 		if (info->frame_learned[f])
 			memcpy(info->frame_beam[f], c->linear[f].row, sizeof info->frame_beam[f]);
 	}
+	info->even = .5f * (float)c->even;
 	info->residual = (int)c->residual;
 	info->residual_deg = c->facts.residual_deg;
 	info->fit_error = c->facts.fit_error;

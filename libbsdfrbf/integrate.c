@@ -141,7 +141,7 @@ static float add_up(const rbf_site *site, int finer, double value[3])
 	value[0] = value[1] = value[2] = 0;
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++)
-			all += site->weight[k] * RBF_DRAW_TOTAL * rbf_bound_set(c, site->base[k] * c->frames + f)->unit[RBF_DRAW_MASS];
+			all += site->part[k] * RBF_DRAW_TOTAL * rbf_bound_set(c, site->base[k] * c->frames + f)->unit[RBF_DRAW_MASS];
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
@@ -159,7 +159,7 @@ static float add_up(const rbf_site *site, int finer, double value[3])
 				rbf_site_centre(site, k, block, lane, centre);
 				const float spread = RBF_LOBE_SPREAD / sqrtf(kappa);
 				const int whole = (fixed || above(set->band, centre, spread)) && above(0, centre, spread + turn + CLEAR);
-				const float energy = site->weight[k] * (kappa > FAINT ? (float)(2 * RBF_PI) / kappa : (float)rbf_lobe_integral((double)kappa));
+				const float energy = site->part[k] * (kappa > FAINT ? (float)(2 * RBF_PI) / kappa : (float)rbf_lobe_integral((double)kappa));
 				if (turns && whole) { /* a rotation keeps the energy */
 					for (uint32_t n = 0; n < c->channels; n++)
 						value[n] += (double)(energy * c->amplitude[(size_t)n * c->blocks + block].a[lane]);

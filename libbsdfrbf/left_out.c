@@ -2,6 +2,7 @@
 #include "left_out.h"
 #include "advect.h"
 #include "assemble.h"
+#include "levels.h"
 #include "sample.h"
 #include "settle.h"
 
@@ -18,6 +19,7 @@ typedef struct rbf_left_out_trial {
 	float incident[3];
 	rbf_vertex vertex[3];
 	float weight[3];
+	rbf_level level[3]; /* of those with a weight, as far as the others tell */
 	float (*point)[3];  /* exitant, of importance density */
 	float *truth, *measure; /* DSF and solid angle stood for, per point */
 	double energy;
@@ -106,8 +108,11 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 			rbf_site_turn(&shell, t->incident, &site);
 			uint32_t corner[3];
 			const uint32_t element = rbf_mesh_locate(&mesh, site.incident, corner, t->weight);
-			for (int n = 0; n < 3; n++)
+			for (int n = 0, k = 0; n < 3; n++) {
 				t->vertex[n] = mesh.vertex[corner[n]];
+				if (t->weight[n] > 0)
+					rbf_level_of(m, base, t->vertex[n].base, &t->level[k++]);
+			}
 			rbf_mesh_free(&mesh);
 			if (((element & RBF_MESH_BORDER) != 0) != outside)
 				continue;
@@ -161,12 +166,23 @@ static int trial_motion(const rbf_fitted *m, const rbf_choice *choice, const rbf
 	return 0;
 }
 
+static void trial_levels(const rbf_choice *choice, const trial *t, rbf_site *site)
+{
+	rbf_level level[3];
+	memcpy(level, t->level, sizeof level);
+	for (int n = 0; n < 9 && !choice->slopes; n++)
+		level[n / 3].slope[n % 3] = 0;
+	rbf_site_even(site, choice->even, level);
+}
+
 static int trial_error(const rbf_fitted *m, const rbf_choice *choice, const rbf_component *c, const trial *t, float *error)
 {
 	rbf_site site;
 	rbf_shift *store[3][2] = {{NULL}};
 	const uint32_t y = rbf_luminance(m->channels);
 	rbf_site_corners(c, t->incident, t->vertex, t->weight, &site);
+	if (choice->even)
+		trial_levels(choice, t, &site);
 	const int failed = choice->cap > 0 && trial_motion(m, choice, c, t, &site, store);
 	double sum = 0;
 	for (uint32_t p = 0; p < t->points && !failed; p++) {

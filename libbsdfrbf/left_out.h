@@ -9,6 +9,8 @@ typedef struct rbf_choice {
 	float share[RBF_MAX_FRAMES];
 	rbf_belief belief; /* that labels were made with */
 	float *label;      /* as from rbf_label(); owned */
+	uint32_t even;     /* how far levels are evened (model.h) */
+	int slopes;        /* 1: with slopes */
 	float cap;         /* of residual motion (advect.h); 0: none */
 	float error;       /* mean leave-one-out L1, < 0: could not be measured */
 	float *base_error; /* [bases], < 0: not measured; owned */

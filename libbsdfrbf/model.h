@@ -7,6 +7,9 @@
  *   + sum over frames f of sum_k w_k v_kf g_kf L_kf(map_f(i, k, o)) / sum_k w_k v_kf,
  * k the corners of the mesh element that holds i, w their barycentric weights, map_f the frame's map (map.h) with
  * value factor g and validity v, L_kf a sum of lobes amp exp(-kappa/2 |o' - c|^2), o' and c unit vectors.
+ * Where levels are evened, by e, corner k counts 1 - e + e M / A_k times: A_k the luminance of its lobes, s_k a slope, and
+ * M = (sum_k w_k (A_k^(1/4) + s_k.(sum_l w_l l - k) / 2))^4 what they send together; slopes at most halve or double the sum. No corner is
+ * raised more than 3 times, but all of them by what is then missing.
  * With residual transport, c = unit(c_k + sum over the other corners l of w_l shift_kl).
  */
 #ifndef RBF_MODEL_H
@@ -16,6 +19,8 @@
 #include <stdatomic.h>
 
 #define RBF_LANES 8       /* lobes in a block */
+#define RBF_EVEN 2u       /* halves of all the way */
+#define RBF_LEVEL_ROOT_MOST 1.3160740f /* times, at most, that the root of a corner's level is raised: the level 3 times */
 #define RBF_MAX_FRAMES 4  /* frames of a component */
 
 /* Index of the luminance channel: Y of X, Y, Z, or the only one. */
@@ -35,6 +40,12 @@ typedef struct rbf_amplitude { float a[RBF_LANES]; } rbf_amplitude;
 
 /* Residual motion of a block's lobes along a directed edge, in the base's coordinates. */
 typedef struct rbf_shift { float x[RBF_LANES], y[RBF_LANES], z[RBF_LANES]; } rbf_shift;
+
+/* How much light the lobes of a base send, A, and how that changes with the incident direction. */
+typedef struct rbf_level {
+	float root;         /* A^(1/4) */
+	float slope[3];     /* its gradient over the unit vector, in the base's coordinates (levels.h); 0 where it is not known */
+} rbf_level;
 
 /* The lobes of one base incidence that belong to one frame: set index = base * frames + frame.
  * A base's sets follow each other in the block array. */
@@ -76,6 +87,8 @@ typedef struct rbf_component {
 	uint32_t frame[RBF_MAX_FRAMES]; /* map ids (map.h) */
 	uint32_t learned;               /* 1: linear is present, as a frame is learned */
 	const rbf_linear *linear;       /* [frames] */
+	uint32_t even;                  /* how far levels are evened, in halves: 0 to 2 */
+	const rbf_level *level;         /* [mesh.bases], where they are */
 	uint32_t residual;              /* 1: shifts are present */
 	uint32_t sets;                  /* bases * frames */
 	const rbf_set *set;

@@ -91,7 +91,7 @@ static float hidden(const rbf_site *site, const float exitant[3], float narrow, 
 					part += l->k[i] * narrow * narrow > 1 ? luminance[b].a[i] * share / (t * t) : 0;
 				}
 			}
-			sum += site->weight[k] * factor * part;
+			sum += site->part[k] * factor * part;
 		}
 	return sum;
 }

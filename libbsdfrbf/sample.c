@@ -149,7 +149,7 @@ void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
 			const float excess = rbf_min(rbf_share_most(site->fan[f].kind), 1 / site->weight[k]) - 1; /* weights times shares come to 1 */
-			const float each = site->weight[k] * site->fan[f].gain[k] * RBF_DRAW_TOTAL;
+			const float each = site->part[k] * site->fan[f].gain[k] * RBF_DRAW_TOTAL;
 			const float of[3] = {each * set->unit[0], each * set->unit[1] * excess, each * set->unit[2] * site->fan[f].sine[k]};
 			for (uint32_t t = 0; t < tables; t++) {
 				const float sum = total + of[t];

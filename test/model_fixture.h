@@ -49,6 +49,17 @@ static inline void around_axis(const double axis[3], double angle, double azimut
 
 enum { FIXTURE_BASE = 900, FIXTURE_RINGS = 14, FIXTURE_AROUND = 14, FIXTURE_SAMPLES = FIXTURE_BASE + 4 * FIXTURE_RINGS * FIXTURE_AROUND + 4 };
 
+/* Ruled along an axis at 30 degrees: a beam keeps its component along the ruling, and loses the one across it. */
+static const double ruled[2] = {.8660254038, .5};
+
+static inline void grooves(const double in[3], const double out[3], double xyz[3])
+{
+	const double along = in[0] * ruled[0] + in[1] * ruled[1];
+	const double x = out[0] + along * ruled[0], y = out[1] + along * ruled[1];
+	const double u = x * ruled[0] + y * ruled[1], v = y * ruled[0] - x * ruled[1];
+	xyz[0] = xyz[1] = xyz[2] = .05 + 2 * exp(-.5 * (u*u / (.12 * .12) + v*v / (.3 * .3)));
+}
+
 /* Sends light back whence it came. */
 static inline void cats_eye(const double in[3], const double out[3], double xyz[3])
 {

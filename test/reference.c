@@ -126,6 +126,36 @@ static double share_of(const double *valid, const float *weight, uint32_t corner
 	return fmin(own + (own < most ? fmax(left, 0) / fmax(open, 1e-6) : 0), most);
 }
 
+/* How much more corner k sends than its own light, or less, where levels are evened (model.h). */
+static double evened(const rbf_site *site, uint32_t k)
+{
+	const rbf_component *c = site->component;
+	double mean = 0, rises = 0, sent = 0, at[3] = {0, 0, 0}, own[3];
+	if (!c->level)
+		return 1;
+	for (uint32_t n = 0; n < site->corners; n++)
+		for (int i = 0; i < 3; i++)
+			at[i] += (double)site->weight[n] * (double)site->direction[i][n];
+	for (uint32_t n = 0; n < site->corners; n++) {
+		const rbf_level *level = &c->level[site->base[n]];
+		double way[3], moved[3], rise = 0;
+		for (int i = 0; i < 3; i++)
+			way[i] = at[i] - (double)site->direction[i][n];
+		double_mirror(site->vertex_op[n], way, moved);
+		for (int i = 0; i < 3; i++)
+			rise += .5 * (double)level->slope[i] * moved[i];
+		own[n] = pow((double)level->root, 4);
+		mean += (double)site->weight[n] * (double)level->root;
+		rises += (double)site->weight[n] * rise;
+	}
+	const double together = pow(fmin(fmax(mean + rises, .5 * mean), 2 * mean), 4);
+	for (uint32_t n = 0; n < site->corners; n++)
+		sent += (double)site->weight[n] * fmin(together, 3 * own[n]);
+	if (!(own[k] > together * 1e-24))
+		return 1;
+	return 1 + .5 * c->even * (fmin(together / own[k], 3) * together / fmax(sent, together * 1e-3) - 1);
+}
+
 void reference_dsf(const void *of, const float exitant[3], double value[3])
 {
 	const rbf_site *site = of;
@@ -150,7 +180,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 			valid[k] = warp[k].kind == DOUBLE_KIND_FIXED ? 1 : double_validity(mapped[k][2]);
 		}
 		for (uint32_t k = 0; k < site->corners; k++) {
-			const double w = (double)site->weight[k] * share_of(valid, site->weight, site->corners, k, double_share_most(warp[k].kind)) * factor[k];
+			const double w = (double)site->weight[k] * evened(site, k) * share_of(valid, site->weight, site->corners, k, double_share_most(warp[k].kind)) * factor[k];
 			double sum[3];
 			lobes(site, k, f, mapped[k], sum);
 			for (uint32_t n = 0; n < c->channels && w > 0; n++)

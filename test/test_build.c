@@ -156,57 +156,6 @@ static void measured_incidences_are_met(void **state)
 	}
 }
 
-/* Ruled along an axis at 30 degrees: a beam keeps its component along the ruling, and loses the one across it. */
-static const double ruled[2] = {.8660254038, .5};
-
-static void grooves(const double in[3], const double out[3], double xyz[3])
-{
-	const double along = in[0] * ruled[0] + in[1] * ruled[1];
-	const double x = out[0] + along * ruled[0], y = out[1] + along * ruled[1];
-	const double u = x * ruled[0] + y * ruled[1], v = y * ruled[0] - x * ruled[1];
-	xyz[0] = xyz[1] = xyz[2] = .05 + 2 * exp(-.5 * (u*u / (.12 * .12) + v*v / (.3 * .3)));
-}
-
-/* No map of the list follows grooves that are turned: one is learned. */
-static void a_beam_is_learned(void **state)
-{
-	(void)state;
-	static const plan p = {"grooves", 4, 12, {0, 20, 40, 60}, 0, 30, 100};
-	bsdfrbf_context *context = bsdfrbf_context_new();
-	bsdfrbf_data *data = fixture_data(context, grooves, NULL, 0, 1, &p);
-	bsdfrbf_model *m = fixture_build_data(context, data, p.lobes, 2);
-	bsdfrbf_component_info info;
-	double difference = 0, total = 0;
-	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
-	int learned = -1;
-	for (int f = 0; f < info.frames; f++)
-		if (info.frame_learned[f])
-			learned = f;
-	if (learned < 0)
-		fail_msg("nothing learned: %s and %d more frames", info.frame_name[0], info.frames - 1);
-	for (int n = 0; n < 2; n++)
-		for (int k = 0; k < 2; k++)
-			assert_float_equal((double)info.frame_beam[learned][n][k], -ruled[n] * ruled[k], .05);
-	for (int q = 0; q < 4000; q++) { /* between the measured incidences */
-		const double r = sqrt((q % 200 + .5) / 200), phi = 2 * RBF_PI * .6180339887 * q;
-		double in[3], truth[3];
-		float value[3];
-		polar(10 + 20 * (q / 200 % 3), 15 + 30 * (q / 600), in);
-		const double out[3] = {r * cos(phi), r * sin(phi), sqrt(1 - r*r)};
-		const float i[3] = {(float)in[0], (float)in[1], (float)in[2]}, o[3] = {(float)out[0], (float)out[1], (float)out[2]};
-		grooves(in, out, truth);
-		bsdfrbf_eval(m, i, o, value);
-		difference += fabs((double)value[0] - truth[0]);
-		total += truth[0];
-	}
-	if (!(difference < .05 * total))
-		fail_msg("L1 %.3f between the measured incidences", difference / total);
-	print_message("L1 %.4f\n", difference / total);
-	bsdfrbf_close(m);
-	bsdfrbf_data_free(data);
-	bsdfrbf_context_free(context);
-}
-
 /* The last warning's text. */
 static char last_warning[400];
 static void keep_warning(void *user, const char *text)
@@ -524,7 +473,6 @@ int main(void)
 		cmocka_unit_test(values_are_finite),
 		cmocka_unit_test(unusual_plans),
 		cmocka_unit_test(measured_incidences_are_met),
-		cmocka_unit_test(a_beam_is_learned),
 		cmocka_unit_test(half_a_turn_is_found),
 		cmocka_unit_test(no_steps),
 		cmocka_unit_test(cut_offs_are_found),

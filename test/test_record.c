@@ -501,6 +501,14 @@ static void test_defects(void **state)
 		assert_non_null(strstr(bsdfrbf_message(*state), "learned frame"));
 		linear[1].row[1][3] = kept;
 	}
+	((rbf_level *)c->level)[1].slope[2] = INFINITY;
+	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
+	assert_non_null(strstr(bsdfrbf_message(*state), "levels"));
+	((rbf_level *)c->level)[1].slope[2] = 0;
+	c->even = 3;
+	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
+	assert_non_null(strstr(bsdfrbf_message(*state), "evened levels"));
+	c->even = 2;
 	c->frame[1] = RBF_MAP_MIRROR;
 	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
 	bsdfrbf_close(model);

@@ -139,6 +139,7 @@ static int make(int number, subject *s)
 	p->channels = number % 3 ? 1 : 3;
 	p->span = number % 4 ? 1 : 1e7;
 	p->odd = number % 3 == 1;
+	p->even = number % 7 < 3 ? whole(3) : 0;
 	const uint32_t bases = incidences(p->symmetry, s->scheme, direction);
 	s->seed = seed;
 	s->model = random_model_at(p, bases, direction, s->seed);
@@ -517,7 +518,7 @@ static void check_energy(const subject *s, double *table_error, double *lobe_err
 	double sent = 0;
 	for (uint32_t k = 0; k < site.corners; k++)
 		for (uint32_t f = 0; f < s->c->frames; f++)
-			sent += (double)site.weight[k] * s->c->set[site.base[k] * s->c->frames + f].unit[RBF_DRAW_MASS] * RBF_DRAW_TOTAL;
+			sent += (double)site.part[k] * s->c->set[site.base[k] * s->c->frames + f].unit[RBF_DRAW_MASS] * RBF_DRAW_TOTAL;
 	if (truth < SEEN * sent)
 		lost++;
 	else if (truth > 1e-12) {

@@ -36,7 +36,8 @@ class ComponentInfo(ctypes.Structure): # as in bsdfrbf.h, field by field: the li
                 ("frame_name", c_char_p * 8), ("frame_share", c_float * 8), ("residual", c_int),
                 ("residual_deg", c_float), ("fit_error", c_float), ("loo_error", c_float), ("asymmetry", c_float), ("theta_max_deg", c_float),
                 ("mirror_x", c_int), ("mirror_y", c_int), ("half_turn", c_int),
-                ("frame_learned", c_int * 8), ("frame_beam", c_float * 64), ("excess", c_int), ("expected_error", c_float)]
+                ("frame_learned", c_int * 8), ("frame_beam", c_float * 64), ("excess", c_int), ("expected_error", c_float),
+                ("even", c_float)]
 
 
 Warn = ctypes.CFUNCTYPE(None, c_void_p, c_char_p)

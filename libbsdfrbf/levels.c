@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/*
+ * A surface of second degree through an incidence's own level and, by least squares, those of the incidences around it and of their mirror
+ * images. Half its slope at each corner, added to linear interpolation, makes that exact for whatever is of second degree: on a
+ * triangle sum w_k (a_k + g_k.(x - x_k) / 2).
+ */
+#include "levels.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { AROUND = 14, IN_PLANE = 4, TERMS = 5 };
+static const double SOFT = .02; /* of the farthest squared distance: incidences that are nearer than that to each other count alike */
+static const double RIDGE = 1e-5, RIDGE_SECOND = 1e-4; /* of slopes, of second derivatives, in shares of the trace */
+static const double APART = 1e-6; /* squared distance */
+
+typedef struct around {
+	int count;
+	struct { uint32_t base; float square, d[3]; } near[AROUND + 1];
+} around;
+
+static double square_between(const float a[3], const float b[3])
+{
+	const float e[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+	return (double)rbf_dot(e, e);
+}
+
+/* Keeps the nearest ones. */
+static void keep(around *a, int most, uint32_t base, const float d[3], double square)
+{
+	int at = a->count < most ? a->count++ : most;
+	for (; at > 0 && (double)a->near[at - 1].square > square; at--)
+		a->near[at] = a->near[at - 1];
+	if (at >= most)
+		return;
+	a->near[at].base = base;
+	a->near[at].square = (float)square;
+	memcpy(a->near[at].d, d, sizeof a->near[at].d);
+}
+
+static void look_around(const rbf_fitted *m, uint32_t without, const float k[3], around *a)
+{
+	const int plane = m->symmetry == RBF_ISOTROPIC;
+	int op[4] = {RBF_OP_NONE, RBF_OP_X};
+	const int ops = plane ? 2 : rbf_symmetry_ops(m->symmetry, op);
+	a->count = 0;
+	for (uint32_t b = 0; b < m->bases; b++) {
+		const float own[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
+		for (int n = 0; n < ops && b != without; n++) {
+			float d[3];
+			rbf_mirror((unsigned)op[n], own, d);
+			const double square = square_between(d, k);
+			if (square > APART && (!op[n] || square_between(d, own) > APART)) /* else it is its own image */
+				keep(a, plane ? IN_PLANE : AROUND, b, d, square);
+		}
+	}
+}
+
+/* Solves a positive definite system in place. */
+static void solve(double a[TERMS][TERMS], double x[TERMS])
+{
+	for (int i = 0; i < TERMS; i++)
+		for (int j = i + 1; j < TERMS; j++) {
+			const double part = a[j][i] / a[i][i];
+			for (int k = i; k < TERMS; k++)
+				a[j][k] -= part * a[i][k];
+			x[j] -= part * x[i];
+		}
+	for (int i = TERMS - 1; i >= 0; i--) {
+		for (int k = i + 1; k < TERMS; k++)
+			x[i] -= a[i][k] * x[k];
+		x[i] /= a[i][i];
+	}
+}
+
+static double root(const rbf_lobes *l)
+{
+	double sum = 0;
+	for (uint32_t i = 0; i < l->count; i++)
+		sum += l->mass[i];
+	return sqrt(sqrt(sum));
+}
+
+void rbf_level_of(const rbf_fitted *m, uint32_t without, uint32_t base, rbf_level *level)
+{
+	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
+	const double own = root(&m->lobes[base]);
+	float t[3], s[3];
+	double normal[TERMS][TERMS] = {{0}}, x[TERMS] = {0}, trace = 0;
+	around a;
+	*level = (rbf_level){(float)own, {0, 0, 0}};
+	look_around(m, without, k, &a);
+	if (!a.count)
+		return;
+	rbf_basis(k, t, s);
+	const double farthest = (double)a.near[a.count - 1].square, unit = sqrt(farthest);
+	for (int i = 0; i < a.count; i++) {
+		const double u = (double)rbf_dot(a.near[i].d, t) / unit, v = (double)rbf_dot(a.near[i].d, s) / unit;
+		const double term[TERMS] = {u, v, .5*u*u, u*v, .5*v*v}, near = farthest / ((double)a.near[i].square + SOFT * farthest);
+		const double step = root(&m->lobes[a.near[i].base]) - own;
+		for (int n = 0; n < TERMS; n++) {
+			for (int l = 0; l < TERMS; l++)
+				normal[n][l] += near * near * term[n] * term[l];
+			x[n] += near * near * term[n] * step;
+		}
+	}
+	for (int n = 0; n < TERMS; n++)
+		trace += normal[n][n];
+	for (int n = 0; n < TERMS; n++)
+		normal[n][n] += trace * (n < 2 ? RIDGE : RIDGE_SECOND);
+	solve(normal, x);
+	for (int n = 0; n < 3; n++)
+		level->slope[n] = (float)((x[0] * (double)t[n] + x[1] * (double)s[n]) / unit);
+}
+
+int rbf_levels_make(const rbf_fitted *m, uint32_t even, int slopes, rbf_component *c)
+{
+	c->even = even;
+	if (!even)
+		return 0;
+	rbf_level *level = calloc((size_t)m->bases + 1, sizeof *level);
+	c->level = level;
+	if (!level)
+		return -1;
+	#pragma omp parallel for schedule(static)
+	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
+		rbf_level_of(m, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
+		for (int n = 0; n < 3 && !slopes; n++)
+			level[b].slope[n] = 0;
+	}
+	return 0;
+}

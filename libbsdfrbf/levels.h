@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Levels (model.h) of measured incidences, and their slopes, as the incidences around each tell. */
+#ifndef RBF_LEVELS_H
+#define RBF_LEVELS_H
+#include "label.h"
+
+/* Level of one incidence. without: an incidence that is left out, or RBF_LEVELS_ALL. */
+#define RBF_LEVELS_ALL UINT32_MAX
+void rbf_level_of(const rbf_fitted *fitted, uint32_t without, uint32_t base, rbf_level *level);
+
+/* Levels of all, for a choice that evens them by `even` halves, with slopes or not: of the component, whose arrays they join. Opens an OpenMP
+ * region. Returns 0, or -1 when out of memory. */
+int rbf_levels_make(const rbf_fitted *fitted, uint32_t even, int slopes, rbf_component *component);
+#endif

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Materials between whose incidences no map of the list, or no sum of what was measured, tells the truth. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "levels.h"
+#include "model_fixture.h"
+
+/* L1 over incidences at each theta, and at azimuths half way between those that are phi_step apart. */
+static double error_between(const bsdfrbf_model *m, bsdf *f, double phi_step, int thetas, const double theta[])
+{
+	double difference = 0, total = 0;
+	for (int q = 0; q < 200 * 20; q++) {
+		const double r = sqrt((q % 200 + .5) / 200), phi = 2 * RBF_PI * .6180339887 * q;
+		double in[3], truth[3];
+		float value[3];
+		polar(theta[q / 200 % thetas], phi_step * (.5 + q / 600), in);
+		const double out[3] = {r * cos(phi), r * sin(phi), sqrt(1 - r*r)};
+		const float i[3] = {(float)in[0], (float)in[1], (float)in[2]}, o[3] = {(float)out[0], (float)out[1], (float)out[2]};
+		f(in, out, truth);
+		bsdfrbf_eval(m, i, o, value);
+		difference += fabs((double)value[0] - truth[0]);
+		total += truth[0];
+	}
+	print_message("L1 %.4f\n", difference / total);
+	return difference / total;
+}
+
+/* No map of the list follows grooves that are turned: one is learned. */
+static void a_beam_is_learned(void **state)
+{
+	(void)state;
+	static const plan p = {"grooves", 4, 12, {0, 20, 40, 60}, 0, 30, 100};
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_data *data = fixture_data(context, grooves, NULL, 0, 1, &p);
+	bsdfrbf_model *m = fixture_build_data(context, data, p.lobes, 2);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	int learned = -1;
+	for (int f = 0; f < info.frames; f++)
+		if (info.frame_learned[f])
+			learned = f;
+	if (learned < 0)
+		fail_msg("nothing learned: %s and %d more frames", info.frame_name[0], info.frames - 1);
+	for (int n = 0; n < 2; n++)
+		for (int k = 0; k < 2; k++)
+			assert_float_equal((double)info.frame_beam[learned][n][k], -ruled[n] * ruled[k], .05);
+	if (!(error_between(m, grooves, 30, 3, (const double[3]){10, 30, 50}) < .05))
+		fail_msg("wrong between the measured incidences");
+	bsdfrbf_close(m);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+}
+
+/* A gloss that rises as Fresnel's reflectance does. */
+static void rising(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + in[0], y = out[1] + in[1], z = out[2] - in[2];
+	xyz[0] = xyz[1] = xyz[2] = (.004 + 3 * (.04 + .96 * pow(1 - in[2], 5)) * exp(-30 * (x*x + y*y + z*z)));
+}
+
+/* Levels of such a frame are evened: the sum of what was measured, each by its weight, would be too much. */
+static void levels_are_evened(void **state)
+{
+	(void)state;
+	static const plan p = {"rising", 5, 1, {0, 20, 40, 60, 80}, 0, 0, 100};
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_data *data = fixture_data(context, rising, NULL, 0, 1, &p);
+	bsdfrbf_model *m = fixture_build_data(context, data, p.lobes, 2);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	assert_true(info.even > 0);
+	if (!(error_between(m, rising, 0, 4, (const double[4]){10, 30, 50, 70}) < .045))
+		fail_msg("wrong between the measured incidences");
+	bsdfrbf_close(m);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+}
+
+/* Levels of second degree over the tangential components: their slopes are known, whichever part of the circle was measured. */
+static void slopes_are_met(void **state)
+{
+	(void)state;
+	static const struct { rbf_symmetry symmetry; int phis; double step; } plans[] = {
+		{RBF_ANISOTROPIC, 12, 30}, {RBF_QUADRILATERAL, 4, 30}, {RBF_BILATERAL_Y, 7, 30}, {RBF_ISOTROPIC, 1, 0}};
+	for (size_t p = 0; p < sizeof plans / sizeof *plans; p++) {
+		double direction[60 * 3], mass[60];
+		rbf_lobes lobes[60] = {{0}};
+		rbf_fitted m = {.symmetry = plans[p].symmetry, .direction = direction, .lobes = lobes};
+		for (int t = 0; t < 5; t++)
+			for (int a = 0; a < (t ? plans[p].phis : 1); a++)
+				polar(15 * t, plans[p].step * a, direction + 3 * m.bases++);
+		const double u = p ? 0 : .1, v = p ? 0 : .05, w = p ? 0 : .15; /* what mirror images do not have */
+		for (uint32_t b = 0; b < m.bases; b++) {
+			const double x = direction[3*b], y = direction[3*b + 1];
+			lobes[b].count = 1;
+			lobes[b].mass = &mass[b];
+			mass[b] = pow(1 + u*x + v*y + .4*x*x + w*x*y - .2*y*y, 4);
+		}
+		for (uint32_t b = 0; b < m.bases; b++) {
+			const double *d = direction + 3*b, x = d[0], y = d[1], gradient[3] = {u + .8*x + w*y, v + w*x - .4*y, 0};
+			const double across = gradient[0]*x + gradient[1]*y; /* what is not tangential */
+			rbf_level level;
+			rbf_level_of(&m, RBF_LEVELS_ALL, b, &level);
+			assert_float_equal((double)level.root, pow(mass[b], .25), 1e-6);
+			if (d[2] > .6) /* at the edge of the data less is known */
+				for (int n = 0; n < 3; n++)
+					assert_float_equal((double)level.slope[n], gradient[n] - across * d[n], .05);
+		}
+	}
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_beam_is_learned),
+		cmocka_unit_test(levels_are_evened),
+		cmocka_unit_test(slopes_are_met),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
