@@ -73,6 +73,24 @@ static inline rbf_lanes rbf_lanes_sum(rbf_lanes v)
 #endif
 }
 
+/* Rows to columns. */
+static inline void rbf_lanes_transpose(rbf_lanes v[4])
+{
+#if defined(__SSE2__)
+	__m128 a = (__m128)v[0], b = (__m128)v[1], c = (__m128)v[2], d = (__m128)v[3];
+	_MM_TRANSPOSE4_PS(a, b, c, d);
+	v[0] = (rbf_lanes)a;
+	v[1] = (rbf_lanes)b;
+	v[2] = (rbf_lanes)c;
+	v[3] = (rbf_lanes)d;
+#else
+	rbf_lanes out[4];
+	for (int i = 0; i < 4; i++)
+		out[i] = (rbf_lanes){v[0][i], v[1][i], v[2][i], v[3][i]};
+	memcpy(v, out, sizeof out);
+#endif
+}
+
 static inline rbf_lanes rbf_lanes_abs(rbf_lanes v)
 {
 	return (rbf_lanes)((rbf_lane_mask)v & 0x7fffffff);

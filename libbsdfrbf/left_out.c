@@ -166,10 +166,15 @@ static int trial_motion(const rbf_fitted *m, const rbf_choice *choice, const rbf
 	return 0;
 }
 
-static void trial_levels(const rbf_choice *choice, const trial *t, rbf_site *site)
+static void trial_levels(const rbf_fitted *m, const rbf_choice *choice, const trial *t, rbf_site *site)
 {
 	rbf_level level[3];
 	memcpy(level, t->level, sizeof level);
+	for (uint32_t k = 0; k < site->corners; k++) {
+		const double *d = m->direction + 3 * site->base[k];
+		const float own[3] = {(float)d[0], (float)d[1], (float)d[2]};
+		rbf_level_carried(site->component, own, site->base[k], &level[k]);
+	}
 	for (int n = 0; n < 9 && !choice->slopes; n++)
 		level[n / 3].slope[n % 3] = 0;
 	rbf_site_even(site, choice->even, level);
@@ -182,7 +187,7 @@ static int trial_error(const rbf_fitted *m, const rbf_choice *choice, const rbf_
 	const uint32_t y = rbf_luminance(m->channels);
 	rbf_site_corners(c, t->incident, t->vertex, t->weight, &site);
 	if (choice->even)
-		trial_levels(choice, t, &site);
+		trial_levels(m, choice, t, &site);
 	const int failed = choice->cap > 0 && trial_motion(m, choice, c, t, &site, store);
 	double sum = 0;
 	for (uint32_t p = 0; p < t->points && !failed; p++) {

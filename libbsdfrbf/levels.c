@@ -5,6 +5,7 @@
  * triangle sum w_k (a_k + g_k.(x - x_k) / 2).
  */
 #include "levels.h"
+#include "kernel.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@
 enum { AROUND = 14, IN_PLANE = 4, TERMS = 5 };
 static const double SOFT = .02; /* of the farthest squared distance: incidences that are nearer than that to each other count alike */
 static const double RIDGE = 1e-5, RIDGE_SECOND = 1e-4; /* of slopes, of second derivatives, in shares of the trace */
+static const double ALONG_LEAST = .02; /* of a lobe's half vector, not normalised, along the incidence */
 static const double APART = 1e-6; /* squared distance */
 
 typedef struct around {
@@ -88,7 +90,7 @@ void rbf_level_of(const rbf_fitted *m, uint32_t without, uint32_t base, rbf_leve
 	float t[3], s[3];
 	double normal[TERMS][TERMS] = {{0}}, x[TERMS] = {0}, trace = 0;
 	around a;
-	*level = (rbf_level){(float)own, {0, 0, 0}};
+	*level = (rbf_level){.root = (float)own, .kept = 1};
 	look_around(m, without, k, &a);
 	if (!a.count)
 		return;
@@ -113,6 +115,37 @@ void rbf_level_of(const rbf_fitted *m, uint32_t without, uint32_t base, rbf_leve
 		level->slope[n] = (float)((x[0] * (double)t[n] + x[1] * (double)s[n]) / unit);
 }
 
+/* A lobe at c is carried to i with the factor h.i / h.k (map.h), h half way between c and k. */
+void rbf_level_carried(const rbf_component *c, const float k[3], uint32_t base, rbf_level *level)
+{
+	double kept = 0, half[3] = {0, 0, 0}, all = 0;
+	for (uint32_t f = 0; f < c->frames; f++) {
+		const rbf_set *set = &c->set[(size_t)base * c->frames + f];
+		const rbf_amplitude *a = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
+		for (uint32_t i = set->first * RBF_LANES; i < (set->first + set->blocks) * RBF_LANES; i++) {
+			const rbf_block *b = &c->block[i / RBF_LANES];
+			const uint32_t lane = i % RBF_LANES;
+			if (!(b->k[lane] > 0))
+				continue;
+			const double mass = (double)a[i / RBF_LANES].a[lane] * rbf_lobe_integral((double)b->k[lane]);
+			all += mass;
+			if (rbf_map_get(c->frame[f])->kind != RBF_KIND_HALF) {
+				kept += mass;
+				continue;
+			}
+			float h[3] = {k[0] + b->x[lane], k[1] + b->y[lane], k[2] + b->z[lane]};
+			const float along = rbf_dot(h, k);
+			for (int n = 0; n < 3; n++)
+				half[n] += mass * (double)h[n] / fmax((double)along, ALONG_LEAST);
+		}
+	}
+	if (!(all > 0))
+		return;
+	level->kept = (float)(kept / all);
+	for (int n = 0; n < 3; n++)
+		level->half[n] = (float)(half[n] / all);
+}
+
 int rbf_levels_make(const rbf_fitted *m, uint32_t even, int slopes, rbf_component *c)
 {
 	c->even = even;
@@ -127,6 +160,8 @@ int rbf_levels_make(const rbf_fitted *m, uint32_t even, int slopes, rbf_componen
 		rbf_level_of(m, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
 		for (int n = 0; n < 3 && !slopes; n++)
 			level[b].slope[n] = 0;
+		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
+		rbf_level_carried(c, k, (uint32_t)b, &level[b]);
 	}
 	return 0;
 }

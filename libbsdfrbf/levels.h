@@ -8,6 +8,9 @@
 #define RBF_LEVELS_ALL UINT32_MAX
 void rbf_level_of(const rbf_fitted *fitted, uint32_t without, uint32_t base, rbf_level *level);
 
+/* level->kept and half, of a base of a component that has its sets. direction: the base's. */
+void rbf_level_carried(const rbf_component *component, const float direction[3], uint32_t base, rbf_level *level);
+
 /* Levels of all, for a choice that evens them by `even` halves, with slopes or not: of the component, whose arrays they join. Opens an OpenMP
  * region. Returns 0, or -1 when out of memory. */
 int rbf_levels_make(const rbf_fitted *fitted, uint32_t even, int slopes, rbf_component *component);

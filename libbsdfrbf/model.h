@@ -7,9 +7,10 @@
  *   + sum over frames f of sum_k w_k v_kf g_kf L_kf(map_f(i, k, o)) / sum_k w_k v_kf,
  * k the corners of the mesh element that holds i, w their barycentric weights, map_f the frame's map (map.h) with
  * value factor g and validity v, L_kf a sum of lobes amp exp(-kappa/2 |o' - c|^2), o' and c unit vectors.
- * Where levels are evened, by e, corner k counts 1 - e + e M / A_k times: A_k the luminance of its lobes, s_k a slope, and
- * M = (sum_k w_k (A_k^(1/4) + s_k.(sum_l w_l l - k) / 2))^4 what they send together; slopes at most halve or double the sum. No corner is
- * raised more than 3 times, but all of them by what is then missing.
+ * Where levels are evened, by e, corner k counts 1 - e + e M / C_k times: A_k the luminance of its lobes at home, C_k the same carried here,
+ * A_k (kept_k + gain_k half_k.i), s_k a slope, which is tangential, and M = (sum_k w_k (A_k^(1/4) + s_k.i / 2))^4 what they send together; slopes
+ * at most halve or double the sum. Outside the mesh it is that of the nearest point. No corner is raised more than 3 times, but all of
+ * them by what is then missing.
  * With residual transport, c = unit(c_k + sum over the other corners l of w_l shift_kl).
  */
 #ifndef RBF_MODEL_H
@@ -20,7 +21,8 @@
 
 #define RBF_LANES 8       /* lobes in a block */
 #define RBF_EVEN 2u       /* halves of all the way */
-#define RBF_LEVEL_ROOT_MOST 1.3160740f /* times, at most, that the root of a corner's level is raised: the level 3 times */
+#define RBF_LEVEL_CARRIED_LEAST .1f
+#define RBF_LEVEL_MOST 3.f /* times, at most, that a corner's level is raised alone */
 #define RBF_MAX_FRAMES 4  /* frames of a component */
 
 /* Index of the luminance channel: Y of X, Y, Z, or the only one. */
@@ -41,10 +43,12 @@ typedef struct rbf_amplitude { float a[RBF_LANES]; } rbf_amplitude;
 /* Residual motion of a block's lobes along a directed edge, in the base's coordinates. */
 typedef struct rbf_shift { float x[RBF_LANES], y[RBF_LANES], z[RBF_LANES]; } rbf_shift;
 
-/* How much light the lobes of a base send, A, and how that changes with the incident direction. */
+/* How much light the lobes of a base send, A, how that changes with the incident direction, and what maps keep of it. */
 typedef struct rbf_level {
 	float root;         /* A^(1/4) */
 	float slope[3];     /* its gradient over the unit vector, in the base's coordinates (levels.h); 0 where it is not known */
+	float kept;         /* share of A in frames but that of a half map: they keep it wherever they carry it */
+	float half[3];      /* times i in the base's coordinates: what a half map makes of the rest at incidence i, for a gain of 1 */
 } rbf_level;
 
 /* The lobes of one base incidence that belong to one frame: set index = base * frames + frame.

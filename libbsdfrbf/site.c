@@ -3,46 +3,49 @@
 #include "bounds.h"
 #include "clones.h"
 #include "dhr.h"
-#include "evaluate.h"
+#include "even.h"
 
 #include <string.h>
 
-/* One number of each corner, in lanes; those without a corner are as the last one. */
-#define IN_LANES(corner, member) (rbf_lanes){corner[0]->member, corner[1]->member, corner[2]->member, corner[2]->member}
+/* One component of the corners' directions, in lanes; those without a corner are as the last one. */
+#define IN_LANES(member) (rbf_lanes){corner[0]->member, corner[1]->member, corner[2]->member, corner[2]->member}
 
-/* Corners that differ in what they send, as where facets reflect the more the lower the incidence, are carried to what is common to them: but
- * for slopes a power mean, close to the geometric one, that is 0 only where all are. Outside the mesh as at its nearest point. */
-static inline __attribute__((always_inline)) void even_levels(rbf_site *site, uint32_t even, const rbf_level *const level[3])
+/* Facets without shadows send out as 1/cos of the incidence, real surfaces less so: at most the same everywhere. The corners' weights,
+ * whose sum is even for the one, are taken half way to those that are even for the other. */
+static inline __attribute__((always_inline)) rbf_lanes facet_gain(const rbf_site *site, const rbf_fan *half)
 {
-	const rbf_lanes weight = rbf_lanes_load(site->weight), root = IN_LANES(level, root), plain = rbf_lanes_sum(weight * root);
-	rbf_lanes rise = rbf_lanes_all(0);
-	for (int n = 0; n < 3; n++) {
-		const rbf_lanes from = rbf_lanes_load(site->direction[n]), way = IN_LANES(level, slope[n]) * (rbf_lanes_sum(weight * from) - from);
-		rise += n < 2 ? way * rbf_lanes_load(site->flip[n]) : way;
-	}
-	const rbf_lanes mean = rbf_lanes_min(rbf_lanes_max(plain + .5f * rbf_lanes_sum(weight * rise), plain * .5f), plain * 2);
-	/* roots of levels as parts of the mean: as they are, and as they are evened, unless that is too much */
-	const rbf_lanes own = root / rbf_lanes_max(mean, rbf_lanes_all(1e-30f)), evened = rbf_lanes_min(own * RBF_LEVEL_ROOT_MOST, rbf_lanes_all(1));
-	const rbf_lanes ratio = evened / rbf_lanes_max(own, rbf_lanes_all(1e-6f)), sent = rbf_lanes_sum(weight * evened * evened * evened * evened);
-	const rbf_lanes all = ratio * ratio * ratio * ratio / rbf_lanes_max(sent, rbf_lanes_all(1e-3f));
-	const float share = (float)even * (1.f / RBF_EVEN);
-	rbf_lanes_store(site->part, weight * (1 - share + share * all));
+	const rbf_lanes gain = rbf_lanes_load(half->gain);
+	const rbf_lanes total = rbf_lanes_sum(rbf_lanes_load(site->weight) * gain);
+	return gain / rbf_lanes_sqrt(rbf_lanes_max(total, rbf_lanes_all(1e-30f)));
 }
 
-RBF_CLONES static void even_alone(rbf_site *site, uint32_t even, const rbf_level *const level[3])
+RBF_CLONES static void even_alone(rbf_site *site, uint32_t even, const rbf_level *const level[3], const float at[3])
 {
-	even_levels(site, even, level);
+	rbf_even_levels(site, even, level, at);
+}
+
+/* The point of the mesh that the weights say. */
+static void nearest(const rbf_site *site, float at[3])
+{
+	for (int n = 0; n < 3; n++) {
+		at[n] = 0;
+		for (uint32_t k = 0; k < site->corners; k++)
+			at[n] += site->weight[k] * site->direction[n][k];
+	}
+	rbf_normalize(at);
 }
 
 void rbf_site_even(rbf_site *site, uint32_t even, const rbf_level level[3])
 {
 	const uint32_t last = site->corners - 1;
 	const rbf_level *const of[3] = {&level[0], &level[last < 1 ? last : 1], &level[last]};
+	float at[3];
+	nearest(site, at);
 	if (site->corners)
-		even_alone(site, even, of);
+		even_alone(site, even, of, at);
 }
 
-RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const vertex[3], const float weight[3])
+RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const vertex[3], const float weight[3], int outside)
 {
 	const rbf_component *c = site->component;
 	const rbf_vertex *corner[3] = {NULL, NULL, NULL};
@@ -65,27 +68,25 @@ RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const verte
 	for (uint32_t n = k; n < 3; n++)
 		corner[n] = corner[k - 1];
 	for (int i = 0; i < 3; i++)
-		rbf_lanes_store(site->direction[i], IN_LANES(corner, direction[i]));
+		rbf_lanes_store(site->direction[i], IN_LANES(direction[i]));
 	const rbf_lane_mask op = {(int32_t)corner[0]->op, (int32_t)corner[1]->op, (int32_t)corner[2]->op, (int32_t)corner[2]->op};
 	rbf_lanes_store(site->flip[0], __builtin_convertvector(1 - 2 * (op & 1), rbf_lanes));
 	rbf_lanes_store(site->flip[1], __builtin_convertvector(1 - (op & 2), rbf_lanes));
-	rbf_lanes_store(site->part, rbf_lanes_load(site->weight));
-	if (c->level) {
-		const rbf_level *const level[3] = {&c->level[site->base[0]], &c->level[site->base[k > 1]], &c->level[site->base[k - 1]]};
-		even_levels(site, c->even, level);
-	}
-	/* Facets without shadows send out as 1/cos of the incidence, real surfaces less so: at most the same everywhere. The corners' weights,
-	 * whose sum is even for the one, are taken half way to those that are even for the other. */
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_fan *fan = &site->fan[f];
 		rbf_fan_set(fan, c->frame[f], rbf_frame_linear(c, f), site->incident, (const float (*)[RBF_FAN])site->direction);
-		if (fan->kind != RBF_KIND_HALF)
-			continue;
-		const rbf_lanes gain = rbf_lanes_load(fan->gain), each = rbf_lanes_load(site->weight) * gain;
-		const float total = each[0] + each[1] + each[2];
-		if (total > 0)
-			rbf_lanes_store(fan->gain, gain * (1 / sqrtf(total)));
+		if (fan->kind == RBF_KIND_HALF)
+			rbf_lanes_store(fan->gain, facet_gain(site, fan));
 	}
+	if (!c->level) {
+		rbf_lanes_store(site->part, rbf_lanes_load(site->weight));
+		return;
+	}
+	const rbf_level *const level[3] = {&c->level[site->base[0]], &c->level[site->base[k > 1]], &c->level[site->base[k - 1]]};
+	float border[3];
+	if (outside)
+		nearest(site, border);
+	rbf_even_levels(site, c->even, level, outside ? border : site->incident);
 }
 
 /* An incident direction that is folded already. */
@@ -138,7 +139,7 @@ void rbf_site_corners(const rbf_component *component, const float incident[3], c
 {
 	const rbf_vertex *const corner[3] = {&vertex[0], &vertex[1], &vertex[2]};
 	rbf_site_turn(component, incident, site);
-	set_corners(site, corner, weight);
+	set_corners(site, corner, weight, 0);
 }
 
 /* Residual motion of the site's corners in element e. */
@@ -181,7 +182,7 @@ static void set_place(rbf_site *site, uint32_t item, const float weight[3])
 	uint32_t corner[3];
 	rbf_bound_corners(mesh, item, corner);
 	const rbf_vertex *const vertex[3] = {&mesh->vertex[corner[0]], &mesh->vertex[corner[1]], &mesh->vertex[corner[2]]};
-	set_corners(site, vertex, weight);
+	set_corners(site, vertex, weight, (item & RBF_MESH_BORDER) != 0);
 	if (component->residual)
 		set_shifts(site, item & RBF_MESH_BORDER ? mesh->border[item & ~RBF_MESH_BORDER][2] : item, corner, weight);
 }

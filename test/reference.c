@@ -130,21 +130,29 @@ static double share_of(const double *valid, const float *weight, uint32_t corner
 static double evened(const rbf_site *site, uint32_t k)
 {
 	const rbf_component *c = site->component;
-	double mean = 0, rises = 0, sent = 0, at[3] = {0, 0, 0}, own[3];
+	double mean = 0, rises = 0, sent = 0, at[3] = {0, 0, 0}, own[3], gain[3], gains = 0;
 	if (!c->level)
 		return 1;
-	for (uint32_t n = 0; n < site->corners; n++)
+	const double home[3] = {(double)site->incident[0], (double)site->incident[1], (double)site->incident[2]};
+	for (uint32_t n = 0; n < site->corners; n++) {
+		gain[n] = (double)site->direction[2][n] / fmax(home[2], .01);
+		gains += (double)site->weight[n] * gain[n];
 		for (int i = 0; i < 3; i++)
 			at[i] += (double)site->weight[n] * (double)site->direction[i][n];
+	}
+	double_normalize(at);
+	if (c->mesh.symmetry == RBF_ISOTROPIC && site->corners > 1) /* within a chain, whose weights are those of the angle */
+		memcpy(at, home, sizeof at);
 	for (uint32_t n = 0; n < site->corners; n++) {
 		const rbf_level *level = &c->level[site->base[n]];
-		double way[3], moved[3], rise = 0;
-		for (int i = 0; i < 3; i++)
-			way[i] = at[i] - (double)site->direction[i][n];
-		double_mirror(site->vertex_op[n], way, moved);
-		for (int i = 0; i < 3; i++)
-			rise += .5 * (double)level->slope[i] * moved[i];
-		own[n] = pow((double)level->root, 4);
+		double i[3], near[3], rise = 0, half = 0;
+		double_mirror(site->vertex_op[n], at, near);
+		double_mirror(site->vertex_op[n], home, i);
+		for (int k = 0; k < 3; k++) {
+			rise += .5 * (double)level->slope[k] * near[k];
+			half += (double)level->half[k] * i[k];
+		}
+		own[n] = pow((double)level->root, 4) * fmax((double)level->kept + gain[n] / sqrt(gains) * half, .1);
 		mean += (double)site->weight[n] * (double)level->root;
 		rises += (double)site->weight[n] * rise;
 	}
