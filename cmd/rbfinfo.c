@@ -119,6 +119,8 @@ static void print_component(const bsdfrbf_model *model, bsdfrbf_component compon
 	}
 	if (info.even > 0)
 		printf("    levels: evened%s\n", info.even < 1 ? " half way" : "");
+	if (info.tuned)
+		printf("    light: tuned to the DHR that is expected\n");
 	if (info.residual)
 		printf("    residual transport: %.3f degrees on average, %d directed edges\n", info.residual_deg, info.edges);
 	else

@@ -15,7 +15,7 @@
 #define RBF_NUMBERS(X) \
 	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
 	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
-	X(dhr_steps) X(learned) X(even)
+	X(dhr_steps) X(learned) X(even) X(tuned)
 #define RBF_NUMBERS_MAX 48
 
 /* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With
@@ -39,6 +39,7 @@
 	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT) \
 	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT) \
 	X(35, "levels",         level,            (c->even > 0) * 1ull * c->mesh.bases, RBF_ARRAY_FLOAT) \
+	X(36, "tuning",         tune,             c->tuned * 1ull * RBF_TUNE * (c->mesh.elements + (uint64_t)c->mesh.borders), RBF_ARRAY_FLOAT) \
 	X(32, "trend",          trend,             4ull * c->dhr_steps * c->mesh.borders, RBF_ARRAY_FLOAT | RBF_ARRAY_OPTIONAL)
 
 enum rbf_array_holds {

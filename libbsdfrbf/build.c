@@ -12,6 +12,7 @@
 #include "lobe_count.h"
 #include "sample.h"
 #include "trend.h"
+#include "tune.h"
 
 #include <omp.h>
 #include <stdlib.h>
@@ -325,7 +326,8 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	}
 	if (rbf_progress(context, "tables", from + .85 * span))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	if (rbf_assemble_cull(o->team, c, longest(c)) || rbf_assemble_dhr(o->team, c))
+	if (rbf_assemble_cull(o->team, c, longest(c)) || (j->choice.tune && rbf_tune_make(&j->fitted, j->choice.tune > 1, c))
+			|| rbf_assemble_dhr(o->team, c))
 		return out_of_memory(context);
 	return set_facts(context, j, c);
 }

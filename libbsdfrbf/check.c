@@ -49,6 +49,8 @@ const char *rbf_check_numbers(const rbf_component *c)
 		learned |= (uint32_t)rbf_map_learned(c->frame[f]);
 	if (c->learned != learned)
 		return "learned frames";
+	if (c->tuned > 1)
+		return "tuned light";
 	if (c->even > RBF_EVEN)
 		return "evened levels";
 	if (c->sets != (uint64_t)c->mesh.bases * c->frames)

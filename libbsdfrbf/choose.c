@@ -15,6 +15,7 @@ static const float GAIN = .97f; /* another frame must lower the error to this sh
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
 static const float SETTLED_LOSS = 1.01f;
 static const float EVEN_GAIN = .99f; /* evened levels must lower the error to this share */
+static const float TUNE_GAIN = .95f; /* and tuned light to this: it is less sure where incidences are dense */
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
 enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
 static const double REFINE_STEP = .05, REFINE_END = .02; /* of a coefficient; of the error, between the simplex's corners */
@@ -215,6 +216,24 @@ static int even(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
+/* Tunes light to the DHR that is expected, with levels evened or not, where that helps clearly: it makes up for what evening cannot know where
+ * incidences are few. */
+static int tune(const rbf_left_out *b, rbf_choice *best)
+{
+	rbf_choice round = {0};
+	int failed = 0;
+	for (int way = 0; way < 6 && !failed; way++) {
+		rbf_choice next = {.frames = best->frames, .belief = best->belief, .even = (uint32_t)way % 3, .slopes = best->slopes, .tune = 1 + way / 3};
+		memcpy(next.frame, best->frame, sizeof next.frame);
+		failed = contest(b, &round, next, NULL);
+	}
+	if (!failed && round.error < TUNE_GAIN * best->error)
+		replace(best, &round);
+	else
+		rbf_choice_free(&round);
+	return failed;
+}
+
 static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, float fit_error, double from, double to, rbf_choice *choice)
 {
 	const double step = (to - from) / (RBF_MAPS_LISTED + 3);
@@ -276,7 +295,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 			rbf_choice_free(&round);
 		*choice = best;
 	}
-	failed = failed || even(b, &best);
+	failed = failed || even(b, &best) || tune(b, &best);
 	*choice = best;
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
 	const float caps[2] = {.6f, 1.f};
@@ -284,7 +303,8 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	rbf_choice moved = {0};
 	for (int n = 0; n < 5 && !failed; n++) {
 		const rbf_choice *frames = &still[n / 2];
-		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .belief = frames->belief, .even = frames->even, .slopes = frames->slopes};
+		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .belief = frames->belief, .even = frames->even, .slopes = frames->slopes,
+			.tune = frames->tune};
 		memcpy(next.frame, frames->frame, sizeof next.frame);
 		if (n / 2 != 1 || learned)
 			failed = contest(b, &moved, next, &best);

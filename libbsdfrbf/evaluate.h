@@ -22,6 +22,7 @@ typedef struct rbf_site {
 	float direction[3][RBF_FAN]; /* measured directions of the corners */
 	float flip[2][RBF_FAN];     /* signs by which vertex_op mirrors */
 	float scale;                /* of all values: 1, but less outside the mesh where energy would grow */
+	float tune;                 /* of all parts: 1, but where light is tuned */
 	int moves;                  /* whether any corner's lobes do */
 	rbf_motion motion[3];       /* residual, of each corner; its shifts begin with those of the base's first set */
 	rbf_fan fan[RBF_MAX_FRAMES];

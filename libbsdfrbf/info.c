@@ -50,6 +50,7 @@ bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_co
 			memcpy(info->frame_beam[f], c->linear[f].row, sizeof info->frame_beam[f]);
 	}
 	info->even = .5f * (float)c->even;
+	info->tuned = (int)c->tuned;
 	info->residual = (int)c->residual;
 	info->residual_deg = c->facts.residual_deg;
 	info->fit_error = c->facts.fit_error;

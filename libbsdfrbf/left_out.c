@@ -5,6 +5,7 @@
 #include "levels.h"
 #include "sample.h"
 #include "settle.h"
+#include "tune.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,7 +20,7 @@ typedef struct rbf_left_out_trial {
 	float incident[3];
 	rbf_vertex vertex[3];
 	float weight[3];
-	rbf_level level[3]; /* of those with a weight, as far as the others tell */
+	rbf_level level[3], arrived[3]; /* of those with a weight, as far as the others tell */
 	float (*point)[3];  /* exitant, of importance density */
 	float *truth, *measure; /* DSF and solid angle stood for, per point */
 	double energy;
@@ -33,6 +34,7 @@ void rbf_left_out_free(rbf_left_out *b)
 		free(b->trial[t].measure);
 	}
 	free(b->trial);
+	free(b->arrived);
 }
 
 /* Test directions: half drawn from the fit itself, half by cosine; weights by the balance heuristic (Veach 1997). */
@@ -83,13 +85,8 @@ static int trial_points(const rbf_lobes *l, float lambertian, trial *t)
 	return 0;
 }
 
-bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, rbf_left_out *b)
+static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float lambertian, const float *sent, rbf_left_out *b)
 {
-	b->fitted = m;
-	b->trials = 0;
-	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
-	if (!b->trial)
-		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	if (m->bases < 3)
 		return BSDFRBF_OK;
 	const uint32_t step = (m->bases + TRIALS_MAX - 1) / TRIALS_MAX;
@@ -110,8 +107,10 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 			const uint32_t element = rbf_mesh_locate(&mesh, site.incident, corner, t->weight);
 			for (int n = 0, k = 0; n < 3; n++) {
 				t->vertex[n] = mesh.vertex[corner[n]];
-				if (t->weight[n] > 0)
-					rbf_level_of(m, base, t->vertex[n].base, &t->level[k++]);
+				if (!(t->weight[n] > 0))
+					continue;
+				rbf_level_of(m, sent, base, t->vertex[n].base, &t->level[k]);
+				rbf_level_of(m, b->arrived, base, t->vertex[n].base, &t->arrived[k++]);
 			}
 			rbf_mesh_free(&mesh);
 			if (((element & RBF_MESH_BORDER) != 0) != outside)
@@ -128,6 +127,18 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 			}
 		}
 	return BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, rbf_left_out *b)
+{
+	b->fitted = m;
+	b->trials = 0;
+	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
+	float *sent = rbf_levels_sent(m);
+	b->arrived = rbf_levels_arrived(m);
+	const bsdfrbf_status status = b->trial && sent && b->arrived ? make_trials(context, m, lambertian, sent, b) : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	free(sent);
+	return status;
 }
 
 /* Residual motion between the corners of a trial. */
@@ -180,10 +191,36 @@ static void trial_levels(const rbf_fitted *m, const rbf_choice *choice, const tr
 	rbf_site_even(site, choice->even, level);
 }
 
-static int trial_error(const rbf_fitted *m, const rbf_choice *choice, const rbf_component *c, const trial *t, float *error)
+/* By how much light is tuned: DHR where it is, from the test directions, against what is expected. */
+static double trial_tune(const rbf_left_out *b, const rbf_choice *choice, const trial *t, const float value[])
 {
+	double is = 0, truth = 0;
+	rbf_level level[3];
+	rbf_vertex vertex[3];
+	float weight[3];
+	uint32_t corners = 0;
+	for (uint32_t p = 0; p < t->points; p++) {
+		is += (double)(value[p] * t->measure[p]);
+		truth += (double)(t->truth[p] * t->measure[p]);
+	}
+	for (int n = 0; n < 3; n++)
+		if (t->weight[n] > 0) {
+			level[corners] = t->arrived[corners];
+			for (int i = 0; i < 3 && choice->tune < 2; i++)
+				level[corners].slope[i] = 0;
+			vertex[corners] = t->vertex[n];
+			weight[corners++] = t->weight[n];
+		}
+	const double root = (double)rbf_level_between(corners, level, vertex, weight), own = pow((double)b->arrived[t->base], 4);
+	return truth > 0 ? rbf_tune_ratio(root * root * root * root, own * is / truth) : 1;
+}
+
+static int trial_error(const rbf_left_out *b, const rbf_choice *choice, const rbf_component *c, const trial *t, float *error)
+{
+	const rbf_fitted *m = b->fitted;
 	rbf_site site;
 	rbf_shift *store[3][2] = {{NULL}};
+	float seen[2 * POINTS];
 	const uint32_t y = rbf_luminance(m->channels);
 	rbf_site_corners(c, t->incident, t->vertex, t->weight, &site);
 	if (choice->even)
@@ -194,8 +231,11 @@ static int trial_error(const rbf_fitted *m, const rbf_choice *choice, const rbf_
 		float folded[3], value[3];
 		rbf_site_fold(&site, t->point[p], folded);
 		rbf_site_dsf(&site, folded, value);
-		sum += fabs((double)value[y] - (double)t->truth[p]) * (double)t->measure[p];
+		seen[p] = value[y];
 	}
+	const double tune = choice->tune && !failed ? trial_tune(b, choice, t, seen) : 1;
+	for (uint32_t p = 0; p < t->points && !failed; p++)
+		sum += fabs(tune * (double)seen[p] - (double)t->truth[p]) * (double)t->measure[p];
 	*error = (float)(sum / t->energy);
 	for (int k = 0; k < 3; k++)
 		for (int n = 0; n < 2; n++)
@@ -255,7 +295,7 @@ int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choi
 		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 		for (int64_t i = 0; i < (int64_t)count; i++)
 			if (rbf_team_mine(m->team, (uint64_t)i))
-				failed |= trial_error(m, choice, &c, &b->trial[list[i]], &error[i]) != 0;
+				failed |= trial_error(b, choice, &c, &b->trial[list[i]], &error[i]) != 0;
 		failed = rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, count, sizeof *error, error);
 		for (uint32_t i = 0; i < count && !failed; i++)
 			choice->base_error[b->trial[list[i]].base] = error[i];

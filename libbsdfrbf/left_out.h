@@ -11,6 +11,7 @@ typedef struct rbf_choice {
 	float *label;      /* as from rbf_label(); owned */
 	uint32_t even;     /* how far levels are evened (model.h) */
 	int slopes;        /* 1: with slopes */
+	int tune;          /* light is tuned to the DHR that is expected: 1, or 2: with slopes */
 	float cap;         /* of residual motion (advect.h); 0: none */
 	float error;       /* mean leave-one-out L1, < 0: could not be measured */
 	float *base_error; /* [bases], < 0: not measured; owned */
@@ -23,6 +24,7 @@ typedef struct rbf_left_out {
 	rbf_fitted *fitted;
 	uint32_t trials;
 	struct rbf_left_out_trial *trial;
+	float *arrived;  /* as rbf_levels_arrived() */
 } rbf_left_out;
 
 /* lambertian: luminance of the Lambertian part. To be freed in any case. Errors: MEMORY, INTERNAL. */

@@ -5,6 +5,9 @@
  * triangle sum w_k (a_k + g_k.(x - x_k) / 2).
  */
 #include "levels.h"
+#include "assemble.h"
+#include "draws.h"
+#include "integrate.h"
 #include "kernel.h"
 
 #include <stdlib.h>
@@ -75,18 +78,51 @@ static void solve(double a[TERMS][TERMS], double x[TERMS])
 	}
 }
 
-static double root(const rbf_lobes *l)
+float *rbf_levels_sent(const rbf_fitted *m)
 {
-	double sum = 0;
-	for (uint32_t i = 0; i < l->count; i++)
-		sum += l->mass[i];
-	return sqrt(sqrt(sum));
+	float *root = malloc(((size_t)m->bases + 1) * sizeof *root);
+	for (uint32_t b = 0; b < m->bases && root; b++) {
+		double sum = 0;
+		for (uint32_t i = 0; i < m->lobes[b].count; i++)
+			sum += m->lobes[b].mass[i];
+		root[b] = (float)sqrt(sqrt(sum));
+	}
+	return root;
 }
 
-void rbf_level_of(const rbf_fitted *m, uint32_t without, uint32_t base, rbf_level *level)
+float *rbf_levels_arrived(const rbf_fitted *m)
+{
+	static const uint32_t fixed[1] = {RBF_MAP_FIXED};
+	const uint32_t lobes = m->lobe_first[m->bases], y = rbf_luminance(m->channels);
+	rbf_component c = {0};
+	float *label = malloc(((size_t)lobes + 1) * sizeof *label), *root = rbf_levels_sent(m);
+	for (uint32_t i = 0; i < lobes && label; i++)
+		label[i] = 1;
+	if (!label || !root || rbf_assemble_sets(m, 1, fixed, label, &c)) {
+		free(label);
+		free(root);
+		return NULL;
+	}
+	#pragma omp parallel for schedule(dynamic)
+	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
+		const float d[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]}, weight[3] = {1, 0, 0};
+		const rbf_vertex own = {{d[0], d[1], d[2]}, (uint32_t)b, RBF_OP_NONE}, vertex[3] = {own, own, own};
+		rbf_site site;
+		double value[3];
+		((rbf_set *)c.set)[b].unit[RBF_DRAW_MASS] = root[b] * root[b] * root[b] * root[b] / RBF_DRAW_TOTAL;
+		rbf_site_corners(&c, d, vertex, weight, &site);
+		rbf_site_dhr(&site, value);
+		root[b] = (float)sqrt(sqrt(value[y]));
+	}
+	rbf_assemble_release(&c);
+	free(label);
+	return root;
+}
+
+void rbf_level_of(const rbf_fitted *m, const float root[], uint32_t without, uint32_t base, rbf_level *level)
 {
 	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
-	const double own = root(&m->lobes[base]);
+	const double own = (double)root[base];
 	float t[3], s[3];
 	double normal[TERMS][TERMS] = {{0}}, x[TERMS] = {0}, trace = 0;
 	around a;
@@ -99,7 +135,7 @@ void rbf_level_of(const rbf_fitted *m, uint32_t without, uint32_t base, rbf_leve
 	for (int i = 0; i < a.count; i++) {
 		const double u = (double)rbf_dot(a.near[i].d, t) / unit, v = (double)rbf_dot(a.near[i].d, s) / unit;
 		const double term[TERMS] = {u, v, .5*u*u, u*v, .5*v*v}, near = farthest / ((double)a.near[i].square + SOFT * farthest);
-		const double step = root(&m->lobes[a.near[i].base]) - own;
+		const double step = (double)root[a.near[i].base] - own;
 		for (int n = 0; n < TERMS; n++) {
 			for (int l = 0; l < TERMS; l++)
 				normal[n][l] += near * near * term[n] * term[l];
@@ -113,6 +149,22 @@ void rbf_level_of(const rbf_fitted *m, uint32_t without, uint32_t base, rbf_leve
 	solve(normal, x);
 	for (int n = 0; n < 3; n++)
 		level->slope[n] = (float)((x[0] * (double)t[n] + x[1] * (double)s[n]) / unit);
+}
+
+float rbf_level_between(uint32_t corners, const rbf_level level[], const rbf_vertex vertex[], const float weight[])
+{
+	float at[3] = {0, 0, 0}, plain = 0, rise = 0;
+	for (uint32_t k = 0; k < corners; k++)
+		for (int n = 0; n < 3; n++)
+			at[n] += weight[k] * vertex[k].direction[n];
+	rbf_normalize(at);
+	for (uint32_t k = 0; k < corners; k++) {
+		float own[3];
+		rbf_mirror(vertex[k].op, at, own);
+		plain += weight[k] * level[k].root;
+		rise += weight[k] * rbf_dot(level[k].slope, own);
+	}
+	return rbf_min(rbf_max(plain + .5f * rise, .5f * plain), 2 * plain); /* as evening has it */
 }
 
 /* A lobe at c is carried to i with the factor h.i / h.k (map.h), h half way between c and k. */
@@ -152,16 +204,20 @@ int rbf_levels_make(const rbf_fitted *m, uint32_t even, int slopes, rbf_componen
 	if (!even)
 		return 0;
 	rbf_level *level = calloc((size_t)m->bases + 1, sizeof *level);
+	float *root = rbf_levels_sent(m);
 	c->level = level;
-	if (!level)
+	if (!level || !root) {
+		free(root);
 		return -1;
+	}
 	#pragma omp parallel for schedule(static)
 	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
-		rbf_level_of(m, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
+		rbf_level_of(m, root, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
 		for (int n = 0; n < 3 && !slopes; n++)
 			level[b].slope[n] = 0;
 		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
 		rbf_level_carried(c, k, (uint32_t)b, &level[b]);
 	}
+	free(root);
 	return 0;
 }

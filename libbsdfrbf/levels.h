@@ -4,9 +4,17 @@
 #define RBF_LEVELS_H
 #include "label.h"
 
-/* Level of one incidence. without: an incidence that is left out, or RBF_LEVELS_ALL. */
+/* Fourth roots of the luminance that each incidence's lobes send, and of the part of it above the horizon, its DHR without the Lambertian part:
+ * [bases], to be freed. NULL: out of memory. The latter opens an OpenMP region. */
+float *rbf_levels_sent(const rbf_fitted *fitted);
+float *rbf_levels_arrived(const rbf_fitted *fitted);
+
+/* Level of one incidence, from such roots. without: an incidence that is left out, or RBF_LEVELS_ALL. */
 #define RBF_LEVELS_ALL UINT32_MAX
-void rbf_level_of(const rbf_fitted *fitted, uint32_t without, uint32_t base, rbf_level *level);
+void rbf_level_of(const rbf_fitted *fitted, const float root[], uint32_t without, uint32_t base, rbf_level *level);
+
+/* The root where a site has such corners: levels and directions of the vertices, weights that sum to 1. */
+float rbf_level_between(uint32_t corners, const rbf_level level[], const rbf_vertex vertex[], const float weight[]);
 
 /* level->kept and half, of a base of a component that has its sets. direction: the base's. */
 void rbf_level_carried(const rbf_component *component, const float direction[3], uint32_t base, rbf_level *level);

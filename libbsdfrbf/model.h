@@ -11,6 +11,7 @@
  * A_k (kept_k + gain_k half_k.i), s_k a slope, which is tangential, and M = (sum_k w_k (A_k^(1/4) + s_k.i / 2))^4 what they send together; slopes
  * at most halve or double the sum. Outside the mesh it is that of the nearest point. No corner is raised more than 3 times, but all of
  * them by what is then missing.
+ * Tuned light is 1 + 4 (w_0 w_1 t_0 + w_1 w_2 t_1 + w_2 w_0 t_2) + w_0 w_1 w_2 t_3 times that, t of the element.
  * With residual transport, c = unit(c_k + sum over the other corners l of w_l shift_kl).
  */
 #ifndef RBF_MODEL_H
@@ -21,6 +22,7 @@
 
 #define RBF_LANES 8       /* lobes in a block */
 #define RBF_EVEN 2u       /* halves of all the way */
+#define RBF_TUNE 4        /* numbers of an element: middle of the edges from corner 0 to 1, 1 to 2, 2 to 0, of all; of a border: the first */
 #define RBF_LEVEL_CARRIED_LEAST .1f
 #define RBF_LEVEL_MOST 3.f /* times, at most, that a corner's level is raised alone */
 #define RBF_MAX_FRAMES 4  /* frames of a component */
@@ -93,6 +95,8 @@ typedef struct rbf_component {
 	const rbf_linear *linear;       /* [frames] */
 	uint32_t even;                  /* how far levels are evened, in halves: 0 to 2 */
 	const rbf_level *level;         /* [mesh.bases], where they are */
+	uint32_t tuned;                 /* 1: tune is present */
+	const float *tune;              /* [mesh.elements + mesh.borders][RBF_TUNE]: by how much light rises (site.c) */
 	uint32_t residual;              /* 1: shifts are present */
 	uint32_t sets;                  /* bases * frames */
 	const rbf_set *set;

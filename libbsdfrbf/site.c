@@ -93,7 +93,7 @@ RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const verte
 static void set_folded(const rbf_component *c, const float incident[3], rbf_site *site)
 {
 	site->component = c;
-	site->scale = 1;
+	site->scale = site->tune = 1;
 	site->op = RBF_OP_NONE;
 	site->cosine = 1;
 	site->sine = 0;
@@ -174,6 +174,18 @@ static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], con
 	}
 }
 
+static void set_tune(rbf_site *site, uint32_t item, const float w[3])
+{
+	const rbf_mesh *mesh = &site->component->mesh;
+	const uint32_t border = item & RBF_MESH_BORDER;
+	const float *t = site->component->tune + RBF_TUNE * (border ? mesh->elements + (size_t)(item & ~RBF_MESH_BORDER) : item);
+	site->tune = 1 + 4 * w[0] * w[1] * t[0];
+	if (!border)
+		site->tune += 4 * (w[1] * w[2] * t[1] + w[2] * w[0] * t[2]) + w[0] * w[1] * w[2] * t[3];
+	site->tune = rbf_max(site->tune, 0);
+	rbf_lanes_store(site->part, rbf_lanes_load(site->part) * site->tune);
+}
+
 /* Corners and motion of a site whose incident direction is set. */
 static void set_place(rbf_site *site, uint32_t item, const float weight[3])
 {
@@ -183,6 +195,8 @@ static void set_place(rbf_site *site, uint32_t item, const float weight[3])
 	rbf_bound_corners(mesh, item, corner);
 	const rbf_vertex *const vertex[3] = {&mesh->vertex[corner[0]], &mesh->vertex[corner[1]], &mesh->vertex[corner[2]]};
 	set_corners(site, vertex, weight, (item & RBF_MESH_BORDER) != 0);
+	if (component->tune)
+		set_tune(site, item, weight);
 	if (component->residual)
 		set_shifts(site, item & RBF_MESH_BORDER ? mesh->border[item & ~RBF_MESH_BORDER][2] : item, corner, weight);
 }

@@ -188,7 +188,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 			valid[k] = warp[k].kind == DOUBLE_KIND_FIXED ? 1 : double_validity(mapped[k][2]);
 		}
 		for (uint32_t k = 0; k < site->corners; k++) {
-			const double w = (double)site->weight[k] * evened(site, k) * share_of(valid, site->weight, site->corners, k, double_share_most(warp[k].kind)) * factor[k];
+			const double w = (double)site->tune * (double)site->weight[k] * evened(site, k) * share_of(valid, site->weight, site->corners, k, double_share_most(warp[k].kind)) * factor[k];
 			double sum[3];
 			lobes(site, k, f, mapped[k], sum);
 			for (uint32_t n = 0; n < c->channels && w > 0; n++)

@@ -43,6 +43,7 @@ static inline void synthetic_numbers(const synthetic *want, rbf_component *c)
 		c->frame[f] = f == 1 ? RBF_MAP_LEARNED_TURN : (f + 1) % 7;
 	c->learned = want->frames > 1;
 	c->even = want->frames > 1 ? 2 : 0;
+	c->tuned = want->frames > 1;
 	c->residual = want->residual;
 	c->sets = want->bases * want->frames;
 	c->blocks = c->sets * want->blocks_per_set;

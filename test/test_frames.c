@@ -82,6 +82,25 @@ static void levels_are_evened(void **state)
 	bsdfrbf_context_free(context);
 }
 
+/* Where incidences are few, what maps and shares of corners make of facets' light is too much: it is tuned. */
+static void light_is_tuned(void **state)
+{
+	(void)state;
+	static const plan p = {"brushed", 3, 2, {0, 40, 70}, 0, 90, 0};
+	const struct material *material = material_find(p.material);
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, &p);
+	bsdfrbf_model *m = fixture_build_data(context, data, 100, 2);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	assert_int_equal(info.tuned, 1);
+	if (!(error_between(m, material->f, 90, 2, (const double[2]){20, 55}) < .086))
+		fail_msg("wrong between the measured incidences");
+	bsdfrbf_close(m);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+}
+
 /* Levels of second degree over the tangential components: their slopes are known, whichever part of the circle was measured. */
 static void slopes_are_met(void **state)
 {
@@ -102,11 +121,13 @@ static void slopes_are_met(void **state)
 			lobes[b].mass = &mass[b];
 			mass[b] = pow(1 + u*x + v*y + .4*x*x + w*x*y - .2*y*y, 4);
 		}
+		float *root = rbf_levels_sent(&m);
+		assert_non_null(root);
 		for (uint32_t b = 0; b < m.bases; b++) {
 			const double *d = direction + 3*b, x = d[0], y = d[1], gradient[3] = {u + .8*x + w*y, v + w*x - .4*y, 0};
 			const double across = gradient[0]*x + gradient[1]*y; /* what is not tangential */
 			rbf_level level;
-			rbf_level_of(&m, RBF_LEVELS_ALL, b, &level);
+			rbf_level_of(&m, root, RBF_LEVELS_ALL, b, &level);
 			assert_float_equal((double)level.root, pow(mass[b], .25), 1e-6);
 			if (d[2] > .6) /* at the edge of the data less is known */
 				for (int n = 0; n < 3; n++)
@@ -120,6 +141,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_beam_is_learned),
 		cmocka_unit_test(levels_are_evened),
+		cmocka_unit_test(light_is_tuned),
 		cmocka_unit_test(slopes_are_met),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
