@@ -28,6 +28,17 @@ static void replace(rbf_choice *best, rbf_choice *next)
 	memset(next, 0, sizeof *next);
 }
 
+/* `round` in the place of `best`, if its error is below that share of the other's; else it is freed. Returns whether it is. */
+static int win(rbf_choice *best, rbf_choice *round, float share)
+{
+	const int better = round->frames && round->error < share * best->error;
+	if (better)
+		replace(best, round);
+	else
+		rbf_choice_free(round);
+	return better;
+}
+
 /* Measures `next`; the better of the two stays in `best`. against: what it has to beat in any case, or NULL. */
 static int contest(const rbf_left_out *b, rbf_choice *best, rbf_choice next, const rbf_choice *against)
 {
@@ -127,10 +138,7 @@ static int contest_learned(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice
 		rbf_choice_free(&round);
 		return -1;
 	}
-	if (round.error < LEARNED_GAIN * best->error)
-		replace(best, &round);
-	else
-		rbf_choice_free(&round);
+	win(best, &round, LEARNED_GAIN);
 	return 0;
 }
 
@@ -190,11 +198,7 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 			if (!there)
 				failed = contest(b, &round, next, best);
 		}
-		better = !failed && round.frames && round.error < GAIN * best->error;
-		if (better)
-			replace(best, &round);
-		else
-			rbf_choice_free(&round);
+		better = win(best, &round, failed ? 0 : GAIN);
 	}
 	return failed;
 }
@@ -209,10 +213,7 @@ static int even(const rbf_left_out *b, rbf_choice *best)
 		memcpy(next.frame, best->frame, sizeof next.frame);
 		failed = contest(b, &round, next, NULL);
 	}
-	if (!failed && round.error < EVEN_GAIN * best->error)
-		replace(best, &round);
-	else
-		rbf_choice_free(&round);
+	win(best, &round, failed ? 0 : EVEN_GAIN);
 	return failed;
 }
 
@@ -227,10 +228,7 @@ static int tune(const rbf_left_out *b, rbf_choice *best)
 		memcpy(next.frame, best->frame, sizeof next.frame);
 		failed = contest(b, &round, next, NULL);
 	}
-	if (!failed && round.error < TUNE_GAIN * best->error)
-		replace(best, &round);
-	else
-		rbf_choice_free(&round);
+	win(best, &round, failed ? 0 : TUNE_GAIN);
 	return failed;
 }
 
@@ -262,10 +260,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	if (!failed && best.error > ENOUGH * fit_error) {
 		failed = contest(b, &faint, first, NULL) || add_frames(b, &faint);
-		if (!failed && faint.error < GAIN * best.error)
-			replace(&best, &faint);
-		else
-			rbf_choice_free(&faint);
+		win(&best, &faint, failed ? 0 : GAIN);
 		*choice = best;
 	}
 	if (rbf_progress(context, "frames", from + step * (RBF_MAPS_LISTED + 1)))
@@ -289,10 +284,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		next.belief.settled = n == 2;
 		memcpy(next.frame, best.frame, sizeof next.frame);
 		failed = contest(b, &round, next, &best);
-		if (!failed && round.error < (n == 2 ? SETTLED_LOSS : 1) * best.error)
-			replace(&best, &round);
-		else
-			rbf_choice_free(&round);
+		win(&best, &round, failed ? 0 : n == 2 ? SETTLED_LOSS : 1);
 		*choice = best;
 	}
 	failed = failed || even(b, &best) || tune(b, &best);
@@ -313,10 +305,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 		}
 	}
-	if (moved.frames && moved.error < MOVED_GAIN * best.error)
-		replace(&best, &moved);
-	else
-		rbf_choice_free(&moved);
+	win(&best, &moved, failed ? 0 : MOVED_GAIN);
 	*choice = best;
 	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 }

@@ -136,7 +136,8 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
 	float *sent = rbf_levels_sent(m);
 	b->arrived = rbf_levels_arrived(m);
-	const bsdfrbf_status status = b->trial && sent && b->arrived ? make_trials(context, m, lambertian, sent, b) : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	const bsdfrbf_status status = b->trial && sent && b->arrived ? make_trials(context, m, lambertian, sent, b)
+		: rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	free(sent);
 	return status;
 }

@@ -47,8 +47,9 @@ int rbf_tune_make(const rbf_fitted *m, int slopes, rbf_component *c)
 	rbf_level *level = malloc(((size_t)m->bases + 1) * sizeof *level);
 	float (*tune)[RBF_TUNE] = calloc((size_t)items + 1, sizeof *tune), *root = rbf_levels_arrived(m);
 	const int failed = !level || !tune || !root;
-	for (uint32_t b = 0; b < m->bases && !failed; b++) {
-		rbf_level_of(m, root, RBF_LEVELS_ALL, b, &level[b]);
+	#pragma omp parallel for schedule(static)
+	for (int64_t b = 0; b < (failed ? 0 : (int64_t)m->bases); b++) {
+		rbf_level_of(m, root, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
 		for (int n = 0; n < 3 && !slopes; n++)
 			level[b].slope[n] = 0;
 	}
