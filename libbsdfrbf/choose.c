@@ -203,14 +203,27 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
+/* The same frames, with the same labels: they do not depend on how much light is carried. */
+static rbf_choice alike(const rbf_left_out *b, const rbf_choice *best)
+{
+	const size_t bytes = (size_t)best->frames * b->fitted->lobe_first[b->fitted->bases] * sizeof *best->label;
+	rbf_choice next = *best;
+	next.base_error = NULL;
+	next.label = malloc(bytes + 1);
+	if (next.label) /* else they are made anew */
+		memcpy(next.label, best->label, bytes);
+	return next;
+}
+
 /* Evens levels, half or all the way, without slopes or with them, where that helps. */
 static int even(const rbf_left_out *b, rbf_choice *best)
 {
 	rbf_choice round = {0};
 	int failed = 0;
 	for (int way = 0; way < 4 && !failed; way++) {
-		rbf_choice next = {.frames = best->frames, .belief = best->belief, .even = way % 2 ? 2 : 1, .slopes = way / 2};
-		memcpy(next.frame, best->frame, sizeof next.frame);
+		rbf_choice next = alike(b, best);
+		next.even = way % 2 ? 2 : 1;
+		next.slopes = way / 2;
 		failed = contest(b, &round, next, NULL);
 	}
 	win(best, &round, failed ? 0 : EVEN_GAIN);
@@ -224,8 +237,9 @@ static int tune(const rbf_left_out *b, rbf_choice *best)
 	rbf_choice round = {0};
 	int failed = 0;
 	for (int way = 0; way < 6 && !failed; way++) {
-		rbf_choice next = {.frames = best->frames, .belief = best->belief, .even = (uint32_t)way % 3, .slopes = best->slopes, .tune = 1 + way / 3};
-		memcpy(next.frame, best->frame, sizeof next.frame);
+		rbf_choice next = alike(b, best);
+		next.even = (uint32_t)way % 3;
+		next.tune = 1 + way / 3;
 		failed = contest(b, &round, next, NULL);
 	}
 	win(best, &round, failed ? 0 : TUNE_GAIN);

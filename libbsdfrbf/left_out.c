@@ -272,12 +272,15 @@ int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choi
 {
 	const rbf_fitted *m = b->fitted;
 	rbf_component c = {0};
-	choice->label = malloc(((size_t)choice->frames * m->lobe_first[m->bases] + 1) * sizeof *choice->label);
+	const int labelled = choice->label != NULL;
+	if (!labelled)
+		choice->label = malloc(((size_t)choice->frames * m->lobe_first[m->bases] + 1) * sizeof *choice->label);
 	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
 	if (!choice->label || !choice->base_error)
 		return -1;
-	rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
-	if (choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->label, choice->share))
+	if (!labelled)
+		rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
+	if (!labelled && choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->label, choice->share))
 		return -1;
 	drop_empty(choice, m->lobe_first[m->bases]);
 	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))

@@ -31,7 +31,7 @@ typedef struct rbf_left_out {
 bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, rbf_left_out *left_out);
 void rbf_left_out_free(rbf_left_out *left_out);
 
-/* Labels a choice, and measures its error. If `best` is given, a few trials are made first, and the others only if the choice is not
+/* Labels a choice, unless it has labels, and measures its error. If `best` is given, a few trials are made first, and the others only if the choice is not
  * clearly worse there: otherwise its error is INFINITY. Opens an OpenMP region. Returns 0, or -1 when out of memory or a process gave up. */
 int rbf_left_out_error(const rbf_left_out *left_out, rbf_choice *choice, const rbf_choice *best);
 #endif
