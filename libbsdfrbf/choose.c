@@ -180,6 +180,15 @@ static int learn(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
+/* As another choice, but still to be labelled. */
+static rbf_choice again(const rbf_choice *of)
+{
+	rbf_choice next = *of;
+	next.label = NULL;
+	next.base_error = NULL;
+	return next;
+}
+
 /* Adds listed frames to `best`, one at a time, as long as each lowers the error clearly. */
 static int add_frames(const rbf_left_out *b, rbf_choice *best)
 {
@@ -188,13 +197,11 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 	while (better && !failed && best->frames < FRAMES_MAX) {
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
-			rbf_choice next = {.frames = best->frames + 1, .belief = best->belief, .even = best->even, .slopes = best->slopes};
+			rbf_choice next = again(best);
 			int there = plane && !rbf_map_get(map)->plane;
-			for (uint32_t f = 0; f < best->frames; f++) {
-				next.frame[f] = best->frame[f];
+			for (uint32_t f = 0; f < best->frames; f++)
 				there |= best->frame[f] == map;
-			}
-			next.frame[best->frames] = map;
+			next.frame[next.frames++] = map;
 			if (!there)
 				failed = contest(b, &round, next, best);
 		}
@@ -207,8 +214,7 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 static rbf_choice alike(const rbf_left_out *b, const rbf_choice *best)
 {
 	const size_t bytes = (size_t)best->frames * b->fitted->lobe_first[b->fitted->bases] * sizeof *best->label;
-	rbf_choice next = *best;
-	next.base_error = NULL;
+	rbf_choice next = again(best);
 	next.label = malloc(bytes + 1);
 	if (next.label) /* else they are made anew */
 		memcpy(next.label, best->label, bytes);
@@ -292,11 +298,10 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	/* two other beliefs, and what is settled where beams coincide unless that is clearly worse: few incidences tell */
 	const rbf_belief had = best.belief;
 	for (int n = 0; n < 3 && !failed && best.frames > 1; n++) {
-		rbf_choice next = {.frames = best.frames, .belief = best.belief}, round = {0};
+		rbf_choice next = again(&best), round = {0};
 		if (n < 2)
 			next.belief.sharpness = n ? had.sharpness / SHARPER : had.sharpness * SHARPER;
 		next.belief.settled = n == 2;
-		memcpy(next.frame, best.frame, sizeof next.frame);
 		failed = contest(b, &round, next, &best);
 		win(&best, &round, failed ? 0 : n == 2 ? SETTLED_LOSS : 1);
 		*choice = best;
@@ -309,9 +314,8 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	rbf_choice moved = {0};
 	for (int n = 0; n < 5 && !failed; n++) {
 		const rbf_choice *frames = &still[n / 2];
-		rbf_choice next = {.frames = frames->frames, .cap = n < 4 ? caps[n % 2] : 2, .belief = frames->belief, .even = frames->even, .slopes = frames->slopes,
-			.tune = frames->tune};
-		memcpy(next.frame, frames->frame, sizeof next.frame);
+		rbf_choice next = again(frames);
+		next.cap = n < 4 ? caps[n % 2] : 2;
 		if (n / 2 != 1 || learned)
 			failed = contest(b, &moved, next, &best);
 		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS_LISTED + 2 + n * .2))) {

@@ -29,7 +29,7 @@ static inline __attribute__((always_inline)) void rbf_even_levels(rbf_site *site
 	/* slopes are tangential: along their own direction there is none */
 	const rbf_lanes rise = of[1] * (flip[0] * at[0]) + of[2] * (flip[1] * at[1]) + of[3] * at[2];
 	const rbf_lanes plain = rbf_lanes_sum(weight * of[0]), sloped = rbf_lanes_sum(weight * (of[0] + .5f * rise));
-	const rbf_lanes mean = rbf_lanes_min(rbf_lanes_max(sloped, plain * .5f), plain * 2), square = of[0] * of[0], middle = mean * mean;
+	const rbf_lanes mean = rbf_lanes_min(rbf_lanes_max(sloped, plain * RBF_LEVEL_SLOPED_LEAST), plain * RBF_LEVEL_SLOPED_MOST), square = of[0] * of[0], middle = mean * mean;
 	rbf_lanes here = square * square;
 	if (half) {
 		for (int k = 0; k < 4; k++)

@@ -105,16 +105,17 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 			rbf_site_turn(&shell, t->incident, &site);
 			uint32_t corner[3];
 			const uint32_t element = rbf_mesh_locate(&mesh, site.incident, corner, t->weight);
-			for (int n = 0, k = 0; n < 3; n++) {
+			for (int n = 0; n < 3; n++)
 				t->vertex[n] = mesh.vertex[corner[n]];
+			rbf_mesh_free(&mesh);
+			if (((element & RBF_MESH_BORDER) != 0) != outside)
+				continue;
+			for (int n = 0, k = 0; n < 3; n++) {
 				if (!(t->weight[n] > 0))
 					continue;
 				rbf_level_of(m, sent, base, t->vertex[n].base, &t->level[k]);
 				rbf_level_of(m, b->arrived, base, t->vertex[n].base, &t->arrived[k++]);
 			}
-			rbf_mesh_free(&mesh);
-			if (((element & RBF_MESH_BORDER) != 0) != outside)
-				continue;
 			t->base = base;
 			b->trials++; /* counted first: what it allocates is then freed in any case */
 			if (trial_points(&m->lobes[base], lambertian, t))
@@ -186,9 +187,9 @@ static void trial_levels(const rbf_fitted *m, const rbf_choice *choice, const tr
 		const double *d = m->direction + 3 * site->base[k];
 		const float own[3] = {(float)d[0], (float)d[1], (float)d[2]};
 		rbf_level_carried(site->component, own, site->base[k], &level[k]);
+		if (!choice->slopes)
+			rbf_level_flatten(&level[k]);
 	}
-	for (int n = 0; n < 9 && !choice->slopes; n++)
-		level[n / 3].slope[n % 3] = 0;
 	rbf_site_even(site, choice->even, level);
 }
 
@@ -207,8 +208,8 @@ static double trial_tune(const rbf_left_out *b, const rbf_choice *choice, const 
 	for (int n = 0; n < 3; n++)
 		if (t->weight[n] > 0) {
 			level[corners] = t->arrived[corners];
-			for (int i = 0; i < 3 && choice->tune < 2; i++)
-				level[corners].slope[i] = 0;
+			if (choice->tune < 2)
+				rbf_level_flatten(&level[corners]);
 			vertex[corners] = t->vertex[n];
 			weight[corners++] = t->weight[n];
 		}

@@ -151,6 +151,18 @@ void rbf_level_of(const rbf_fitted *m, const float root[], uint32_t without, uin
 		level->slope[n] = (float)((x[0] * (double)t[n] + x[1] * (double)s[n]) / unit);
 }
 
+rbf_level *rbf_levels_all(const rbf_fitted *m, const float *root, int slopes)
+{
+	rbf_level *level = root ? malloc(((size_t)m->bases + 1) * sizeof *level) : NULL;
+	#pragma omp parallel for schedule(static)
+	for (int64_t b = 0; b < (level ? (int64_t)m->bases : 0); b++) {
+		rbf_level_of(m, root, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
+		if (!slopes)
+			rbf_level_flatten(&level[b]);
+	}
+	return level;
+}
+
 float rbf_level_between(uint32_t corners, const rbf_level level[], const rbf_vertex vertex[], const float weight[])
 {
 	float at[3] = {0, 0, 0}, plain = 0, rise = 0;
@@ -164,14 +176,17 @@ float rbf_level_between(uint32_t corners, const rbf_level level[], const rbf_ver
 		plain += weight[k] * level[k].root;
 		rise += weight[k] * rbf_dot(level[k].slope, own);
 	}
-	return rbf_min(rbf_max(plain + .5f * rise, .5f * plain), 2 * plain); /* as evening has it */
+	return rbf_min(rbf_max(plain + .5f * rise, plain * RBF_LEVEL_SLOPED_LEAST), plain * RBF_LEVEL_SLOPED_MOST);
 }
 
 /* A lobe at c is carried to i with the factor h.i / h.k (map.h), h half way between c and k. */
 void rbf_level_carried(const rbf_component *c, const float k[3], uint32_t base, rbf_level *level)
 {
 	double kept = 0, half[3] = {0, 0, 0}, all = 0;
-	for (uint32_t f = 0; f < c->frames; f++) {
+	int some = 0;
+	for (uint32_t f = 0; f < c->frames; f++)
+		some |= rbf_map_get(c->frame[f])->kind == RBF_KIND_HALF;
+	for (uint32_t f = 0; some && f < c->frames; f++) {
 		const rbf_set *set = &c->set[(size_t)base * c->frames + f];
 		const rbf_amplitude *a = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
 		for (uint32_t i = set->first * RBF_LANES; i < (set->first + set->blocks) * RBF_LANES; i++) {
@@ -203,21 +218,15 @@ int rbf_levels_make(const rbf_fitted *m, uint32_t even, int slopes, rbf_componen
 	c->even = even;
 	if (!even)
 		return 0;
-	rbf_level *level = calloc((size_t)m->bases + 1, sizeof *level);
 	float *root = rbf_levels_sent(m);
-	c->level = level;
-	if (!level || !root) {
-		free(root);
-		return -1;
-	}
-	#pragma omp parallel for schedule(static)
-	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
-		rbf_level_of(m, root, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
-		for (int n = 0; n < 3 && !slopes; n++)
-			level[b].slope[n] = 0;
-		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
-		rbf_level_carried(c, k, (uint32_t)b, &level[b]);
-	}
+	rbf_level *level = rbf_levels_all(m, root, slopes);
 	free(root);
+	c->level = level;
+	if (!level)
+		return -1;
+	for (uint32_t b = 0; b < m->bases; b++) {
+		const float k[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
+		rbf_level_carried(c, k, b, &level[b]);
+	}
 	return 0;
 }

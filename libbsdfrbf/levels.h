@@ -13,6 +13,16 @@ float *rbf_levels_arrived(const rbf_fitted *fitted);
 #define RBF_LEVELS_ALL UINT32_MAX
 void rbf_level_of(const rbf_fitted *fitted, const float root[], uint32_t without, uint32_t base, rbf_level *level);
 
+/* As if no incidence around told anything. */
+static inline void rbf_level_flatten(rbf_level *level)
+{
+	level->slope[0] = level->slope[1] = level->slope[2] = 0;
+}
+
+/* Levels of all incidences, [bases], with slopes or not, to be freed. root: as above; NULL: out of memory, as the answer is then. Opens an OpenMP
+ * region. */
+rbf_level *rbf_levels_all(const rbf_fitted *fitted, const float *root, int slopes);
+
 /* The root where a site has such corners: levels and directions of the vertices, weights that sum to 1. */
 float rbf_level_between(uint32_t corners, const rbf_level level[], const rbf_vertex vertex[], const float weight[]);
 

@@ -22,6 +22,8 @@
 
 #define RBF_LANES 8       /* lobes in a block */
 #define RBF_EVEN 2u       /* halves of all the way */
+#define RBF_LEVEL_SLOPED_LEAST .5f /* of the root without slopes */
+#define RBF_LEVEL_SLOPED_MOST 2.f
 #define RBF_TUNE 4        /* numbers of an element: middle of the edges from corner 0 to 1, 1 to 2, 2 to 0, of all; of a border: the first */
 #define RBF_LEVEL_CARRIED_LEAST .1f
 #define RBF_LEVEL_MOST 3.f /* times, at most, that a corner's level is raised alone */

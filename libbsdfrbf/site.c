@@ -37,12 +37,13 @@ static void nearest(const rbf_site *site, float at[3])
 
 void rbf_site_even(rbf_site *site, uint32_t even, const rbf_level level[3])
 {
+	if (!site->corners)
+		return;
 	const uint32_t last = site->corners - 1;
 	const rbf_level *const of[3] = {&level[0], &level[last < 1 ? last : 1], &level[last]};
 	float at[3];
 	nearest(site, at);
-	if (site->corners)
-		even_alone(site, even, of, at);
+	even_alone(site, even, of, at);
 }
 
 RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const vertex[3], const float weight[3], int outside)

@@ -44,15 +44,9 @@ static float rise_at(const rbf_component *c, const rbf_level level[], uint32_t i
 int rbf_tune_make(const rbf_fitted *m, int slopes, rbf_component *c)
 {
 	const uint32_t elements = c->mesh.elements, items = elements + c->mesh.borders;
-	rbf_level *level = malloc(((size_t)m->bases + 1) * sizeof *level);
-	float (*tune)[RBF_TUNE] = calloc((size_t)items + 1, sizeof *tune), *root = rbf_levels_arrived(m);
-	const int failed = !level || !tune || !root;
-	#pragma omp parallel for schedule(static)
-	for (int64_t b = 0; b < (failed ? 0 : (int64_t)m->bases); b++) {
-		rbf_level_of(m, root, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
-		for (int n = 0; n < 3 && !slopes; n++)
-			level[b].slope[n] = 0;
-	}
+	float *root = rbf_levels_arrived(m), (*tune)[RBF_TUNE] = calloc((size_t)items + 1, sizeof *tune);
+	rbf_level *level = rbf_levels_all(m, root, slopes);
+	const int failed = !level || !tune;
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t i = 0; i < (failed ? 0 : (int64_t)items); i++) {
 		static const uint32_t all[5] = {0, 1, 2, 0, 1};

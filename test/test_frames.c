@@ -133,6 +133,7 @@ static void slopes_are_met(void **state)
 				for (int n = 0; n < 3; n++)
 					assert_float_equal((double)level.slope[n], gradient[n] - across * d[n], .05);
 		}
+		free(root);
 	}
 }
 
