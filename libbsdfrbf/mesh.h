@@ -26,10 +26,10 @@ int rbf_symmetry_ops(rbf_symmetry symmetry, int op[4]);
 static inline int rbf_symmetry_fold(rbf_symmetry symmetry, const float d[3])
 {
 	switch (symmetry) {
-	case RBF_BILATERAL_X: return d[0] < 0 ? RBF_OP_X : RBF_OP_NONE;
-	case RBF_BILATERAL_Y: return d[1] < 0 ? RBF_OP_Y : RBF_OP_NONE;
-	case RBF_UP: return d[1] < 0 || (d[1] == 0 && d[0] < 0) ? RBF_OP_XY : RBF_OP_NONE;
-	case RBF_QUADRILATERAL: return (d[0] < 0 ? RBF_OP_X : 0) | (d[1] < 0 ? RBF_OP_Y : 0);
+	case RBF_BILATERAL_X: return (d[0] < 0) * RBF_OP_X;
+	case RBF_BILATERAL_Y: return (d[1] < 0) * RBF_OP_Y;
+	case RBF_UP: return ((d[1] < 0) | ((d[1] == 0) & (d[0] < 0))) * RBF_OP_XY;
+	case RBF_QUADRILATERAL: return (d[0] < 0) * RBF_OP_X | (d[1] < 0) * RBF_OP_Y;
 	default: return RBF_OP_NONE;
 	}
 }
@@ -62,7 +62,7 @@ typedef struct rbf_mesh {
 	uint32_t (*border)[3];
 	/* locator: cell (ix, iy) lists elements cell_first[c] .. cell_first[c+1]-1 of cell_element, c = iy*RBF_MESH_GRID+ix, or if
 	 * isotropic c = ix, one row over theta.
-	 * Every element that overlaps the cell, in ascending order; for a cell that is wholly or partly outside the
+	 * Every element that overlaps the cell, first those that hold most of it; for a cell that is wholly or partly outside the
 	 * mesh also bit 31 set on entries that are BORDER indices: the candidates nearest to some point of that cell. */
 	uint32_t *cell_first;    /* rbf_mesh_cells() + 1 */
 	uint32_t *cell_element;

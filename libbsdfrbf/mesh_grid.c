@@ -13,6 +13,8 @@
 
 #define BLOCK 8 /* cells a side */
 #define BLOCKS (RBF_MESH_GRID / BLOCK)
+#define PROBES 4 /* a side of a cell, to see what covers it */
+#define LISTED 64 /* elements of a cell that are put in order */
 /* A query finds its cell in float arithmetic. */
 #define SLACK 1e-5
 
@@ -240,7 +242,39 @@ static int add_row(const rbf_mesh *mesh, builder *g)
 
 /* ---------------------------------------------------------------------- lists */
 
-/* Sorts the entries by cell. Elements were entered before borders and each in ascending order, which stays. */
+/* Of PROBES x PROBES points of a cell, how many a face holds. */
+static int covered(uint32_t cell, const face *f)
+{
+	int points = 0;
+	for (int n = 0; n < PROBES * PROBES; n++) {
+		const double disc[2] = { (cell % RBF_MESH_GRID + (n % PROBES + .5) / PROBES) * (2. / RBF_MESH_GRID) - 1,
+			(cell / RBF_MESH_GRID + (n / PROBES + .5) / PROBES) * (2. / RBF_MESH_GRID) - 1 };
+		double d[3];
+		rbf_direction_from_disc(disc, d);
+		points += rbf_dot3(d, f->side[0]) >= 0 && rbf_dot3(d, f->side[1]) >= 0 && rbf_dot3(d, f->side[2]) >= 0;
+	}
+	return points;
+}
+
+/* Puts first what holds most of a cell: most directions are found in one of two (mesh_inside.h). `count` elements are listed. */
+static void largest_first(const rbf_mesh *mesh, uint32_t cell, uint32_t *list, uint32_t count)
+{
+	int points[LISTED];
+	for (uint32_t i = 0; i < count && i < LISTED; i++) {
+		const uint32_t item = list[i];
+		const face f = face_of(mesh, &mesh->element[item]);
+		const int here = covered(cell, &f);
+		uint32_t to = i;
+		for (; to && points[to - 1] < here; to--) {
+			points[to] = points[to - 1];
+			list[to] = list[to - 1];
+		}
+		points[to] = here;
+		list[to] = item;
+	}
+}
+
+/* Sorts the entries by cell. Elements were entered before borders and each in ascending order. */
 static int store(const builder *g, rbf_mesh *mesh)
 {
 	const uint32_t cells = rbf_mesh_cells(mesh);
@@ -256,6 +290,13 @@ static int store(const builder *g, rbf_mesh *mesh)
 		first[c] += first[c - 1];
 	for (size_t i = g->entries; i-- > 0;)
 		list[--first[g->entry[i].cell]] = g->entry[i].item;
+	for (uint32_t c = 0; c < cells && mesh->symmetry != RBF_ISOTROPIC; c++) {
+		uint32_t elements = 0;
+		while (first[c] + elements < first[c + 1] && !(list[first[c] + elements] & RBF_MESH_BORDER))
+			elements++;
+		if (elements > 2)
+			largest_first(mesh, c, list + first[c], elements);
+	}
 	return 1;
 }
 

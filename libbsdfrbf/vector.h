@@ -62,11 +62,11 @@ static inline void rbf_basis(const float n[3], float t[3], float s[3])
 	s[2] = -n[1];
 }
 
-/* Applies a mirror operation (mesh.h): bit 0 flips x, bit 1 flips y. */
+/* Applies a mirror operation (mesh.h): bit 0 flips x, bit 1 flips y. Which it is cannot be foreseen: no branch. */
 static inline void rbf_mirror(unsigned op, const float in[3], float out[3])
 {
-	out[0] = op & 1 ? -in[0] : in[0];
-	out[1] = op & 2 ? -in[1] : in[1];
+	out[0] = in[0] * (float)(1 - (int)(op << 1 & 2));
+	out[1] = in[1] * (float)(1 - (int)(op & 2));
 	out[2] = in[2];
 }
 
