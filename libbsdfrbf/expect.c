@@ -5,7 +5,8 @@
  * sum over pairs of corners w_i w_j |e_ij|^2 times half the second derivative along e_ij, which gives the latter from the
  * geometry, and then the error of any other triangle of the neighbourhood, whose mean over the triangle has w_i w_j = 1/12 (1/6 on a
  * segment). The fits' errors average there with sum w^2 = 1/2 (2/3). Leaving an incidence out tells of the direction across the gap; of the one
- * along it nothing is known, and half as much is taken.
+ * along it nothing is known, and half as much is taken. Nor is known on which side of the incidence it bends: more where corners differ more
+ * for their distance, as gloss does that rises to grazing incidence.
  *
  * A beam that ends between corners is not smooth. Where one corner's light and that of the others lie apart, their disagreement in the
  * middle is 1 + 1/3 (1 on a segment); interpolated at weight w, the truth on one side or the other of an end that may be anywhere, it
@@ -64,6 +65,8 @@ static double span(const float a[3], const float b[3], const float u[3])
 typedef struct lesson {
 	double bend;  /* interpolation error over span; < 0: unknown */
 	float u[3];   /* unit vector across the gap, in the base's coordinates */
+	double steep; /* how much corners differ: mean of steepness() over so many elements around */
+	uint32_t around;
 } lesson;
 
 static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint32_t base, float left_out, float *fit, lesson *l)
@@ -137,7 +140,7 @@ static double as_told(const rbf_mesh *mesh, const rbf_element *e, const rbf_vert
 	return l->bend * sum;
 }
 
-static double element_error(const rbf_mesh *mesh, const rbf_element *e, const lesson *known, const float *fit, double usual)
+static double element_error(const rbf_mesh *mesh, const rbf_element *e, const lesson *known, const float *fit, double usual, double steep)
 {
 	const int chain = mesh->symmetry == RBF_ISOTROPIC, corners = chain ? 2 : 3;
 	double bend = 0, own = 0;
@@ -147,29 +150,51 @@ static double element_error(const rbf_mesh *mesh, const rbf_element *e, const le
 		own += (double)fit[v->base] / corners;
 		if (known[v->base].bend < 0)
 			continue;
-		bend += as_told(mesh, e, v, &known[v->base]);
+		bend += as_told(mesh, e, v, &known[v->base]) * steep / known[v->base].steep;
 		told++;
 	}
 	if (told)
 		bend /= told;
 	else { /* as elsewhere on average, along the first side */
 		const float *a = mesh->vertex[e->v[0]].direction, *b = mesh->vertex[e->v[1]].direction;
-		lesson side = {usual, {b[0] - a[0], b[1] - a[1], b[2] - a[2]}};
+		lesson side = {.bend = usual, .u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}};
 		rbf_normalize(side.u);
 		bend = as_told(mesh, e, &(rbf_vertex){.op = RBF_OP_NONE}, &side);
 	}
 	return sqrt(bend * bend + own * own * (chain ? 2. / 3 : .5));
 }
 
-/* Error of each element in which a beam ends, 0 of the others. */
-static void ends(const rbf_component *c, float *error)
+/* Disagreement of an element's corners for their distance, a positive number. */
+static double steepness(const rbf_mesh *mesh, const rbf_element *e, float disagreement)
 {
-	const float of_disagreement = c->mesh.symmetry == RBF_ISOTROPIC ? 2 / 3.f : .5f;
-	#pragma omp parallel for schedule(dynamic)
-	for (int64_t n = 0; n < (int64_t)c->mesh.elements; n++) {
-		const float disagreement = rbf_disagreement(c, (uint32_t)n);
-		error[n] = disagreement > BSDFRBF_CUTOFF ? of_disagreement * disagreement : 0;
+	double square = 0;
+	for (int i = 0; i < 3; i++) {
+		const float *a = mesh->vertex[e->v[i]].direction, *b = mesh->vertex[e->v[(i + 1) % 3]].direction;
+		const float side[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+		square += (double)rbf_dot(side, side);
 	}
+	return fmax((double)disagreement, 1e-3) / sqrt(square);
+}
+
+/* Means over the elements around each base. */
+static void set_steepness(const rbf_mesh *mesh, const float *disagreement, lesson *known)
+{
+	for (uint32_t n = 0; n < mesh->elements; n++)
+		for (int i = 0; i < (mesh->symmetry == RBF_ISOTROPIC ? 2 : 3); i++) {
+			lesson *l = &known[mesh->vertex[mesh->element[n].v[i]].base];
+			l->steep += (steepness(mesh, &mesh->element[n], disagreement[n]) - l->steep) / ++l->around;
+		}
+}
+
+/* Error of an element if a beam ends in it, else 0. On a chain, leaving out either of its corners predicts across the same end: if
+ * that errs by less, no more ends there. (A mesh without a corner has other triangles, which may miss it.) */
+static double end_error(const rbf_mesh *mesh, const rbf_element *e, const float *left_out, float disagreement)
+{
+	const int chain = mesh->symmetry == RBF_ISOTROPIC;
+	const float shown = fmaxf(left_out[mesh->vertex[e->v[0]].base], left_out[mesh->vertex[e->v[1]].base]);
+	if (!(disagreement > BSDFRBF_CUTOFF))
+		return 0;
+	return chain ? 2 / 3. * (double)(shown >= 0 ? fminf(disagreement, shown) : disagreement) : .5 * (double)disagreement;
 }
 
 bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const rbf_component *c, const float *left_out, const float *fit,
@@ -178,8 +203,8 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const r
 	lesson *known = calloc((size_t)m->bases + 1, sizeof *known);
 	double usual = 0;
 	double *area = calloc((size_t)m->bases + 1, sizeof *area);
-	float *own = malloc(((size_t)m->bases + 1) * sizeof *own), *end = malloc(((size_t)m->mesh.elements + 1) * sizeof *end);
-	bsdfrbf_status status = known && area && own && end ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	float *own = malloc(((size_t)m->bases + 1) * sizeof *own), *apart = malloc(((size_t)m->mesh.elements + 1) * sizeof *apart);
+	bsdfrbf_status status = known && area && own && apart ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	uint32_t told = 0;
 	for (uint32_t b = 0; b < m->bases; b++)
 		expected[b] = 0;
@@ -193,11 +218,16 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const r
 		usual += known[b].bend;
 		told++;
 	}
-	if (told && status == BSDFRBF_OK)
-		ends(c, end);
+	if (told && status == BSDFRBF_OK) {
+		#pragma omp parallel for schedule(dynamic)
+		for (int64_t n = 0; n < (int64_t)m->mesh.elements; n++)
+			apart[n] = rbf_disagreement(c, (uint32_t)n);
+		set_steepness(&m->mesh, apart, known);
+	}
 	for (uint32_t n = 0; n < m->mesh.elements && told && status == BSDFRBF_OK; n++) {
 		const rbf_element *e = &m->mesh.element[n];
-		const double size = element_area(&m->mesh, e), error = fmax(element_error(&m->mesh, e, known, own, usual / told), (double)end[n]);
+		const double size = element_area(&m->mesh, e), bent = element_error(&m->mesh, e, known, own, usual / told, steepness(&m->mesh, e, apart[n]));
+		const double error = fmax(bent, end_error(&m->mesh, e, left_out, apart[n]));
 		for (int i = 0; i < (m->symmetry == RBF_ISOTROPIC ? 2 : 3); i++) {
 			const uint32_t b = m->mesh.vertex[e->v[i]].base;
 			expected[b] += (float)(size * error);
@@ -209,7 +239,7 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const r
 	free(known);
 	free(area);
 	free(own);
-	free(end);
+	free(apart);
 	return status;
 }
 

@@ -258,6 +258,13 @@ static void translucent(const double i[3], const double o[3], double xyz[3])
 	grey(xyz, albedo*phase*single + multiple);
 }
 
+/* Gloss that grows to grazing incidence, over white. */
+static void varnish(const double i[3], const double o[3], double xyz[3])
+{
+	const double f0 = .04, in = (1 - f0) * (1 - pow(1 - i[2], 5)), out = (1 - f0) * (1 - pow(1 - fmax(o[2], 0), 5));
+	grey(xyz, o[2] > 0 ? .3/PI*in*out + metal(i, o, .06, .06, f0) : 0);
+}
+
 static void white(const double i[3], const double o[3], double xyz[3])
 {
 	double c;
@@ -351,6 +358,7 @@ const struct material materials[] = {
 	{"retro", "retro-reflector over gloss", "isotropic", 0, 0, ISO, 0, retro, retro_beams},
 	{"narrow", "peak of 0.6 degrees beside a broad base", "isotropic", 0, 0, ISO, .255, narrow, mirrored},
 	{"translucent", "volume-scattering sheet", "isotropic", 1, 0, ISO, 0, translucent, NULL},
+	{"varnish", "clear varnish over white", "isotropic", 0, 0, ISO, 0, varnish, mirrored},
 	{"white", "diffuse white with sheen", "isotropic", 0, 0, ISO, 0, white, NULL},
 	{"grating", "blazed grating with two side beams", "bilateral", 1, 0, {6, 10, {12, 24, 36, 48, 60, 70}, 0, 20}, 0, grating, grating_beams},
 	{"film", "colour-shifting film", "isotropic", 0, 1, ISO, 0, film, mirrored},
