@@ -107,7 +107,7 @@ static inline uint32_t share_at(const uint16_t *running, uint32_t at)
 /* Heights from which on no direction, at the site (*clear) or at a corner (*band), has a mapped direction lower than RBF_VALID_Z. No map
  * moves a direction by more than an angle: a half map mirrors both ends of the arc from i to k, a turn is known. Shifts move tangential
  * components. */
-static void heights(const rbf_site *site, uint32_t frame, float *clear, float *band)
+static inline __attribute__((always_inline)) void heights(const rbf_site *site, uint32_t frame, float *clear, float *band)
 {
 	float cosine = 1, shift2 = 0;
 	const rbf_fan *fan = &site->fan[frame];
@@ -137,32 +137,60 @@ static void heights(const rbf_site *site, uint32_t frame, float *clear, float *b
 		*band = up * cosine + along * sine + 1e-4f;
 }
 
-void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
+/* The parts of all corners in one frame, after so many and the sum `total`. What a part without light leaves, the next one takes. */
+static inline __attribute__((always_inline)) uint32_t add_parts(const rbf_site *site, uint32_t frame, uint32_t tables, uint32_t parts,
+	float *total, rbf_sampler *sampler)
 {
 	const rbf_component *c = site->component;
-	const uint32_t tables = rbf_draw_tables(c);
-	uint32_t parts = 0;
-	float total = 0;
-	for (uint32_t f = 0; f < c->frames; f++)
-		heights(site, f, &sampler->clear[f], &sampler->band[f]);
+	const rbf_fan *fan = &site->fan[frame];
+	const rbf_lanes each = rbf_lanes_load(site->part) * rbf_lanes_load(fan->gain) * (float)RBF_DRAW_TOTAL;
+	const rbf_lanes least = rbf_lanes_max(rbf_lanes_load(site->weight), rbf_lanes_all(1e-30f));
+	/* weights times shares come to 1 */
+	const rbf_lanes excess = rbf_lanes_min(rbf_lanes_all(rbf_share_most(fan->kind)), 1 / least) - 1, band = each * excess;
+	const rbf_lanes slant = each * rbf_lanes_load(fan->sine);
+	float sum = *total;
 	for (uint32_t k = 0; k < site->corners; k++) {
-		for (uint32_t f = 0; f < c->frames; f++) {
-			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);
-			const float excess = rbf_min(rbf_share_most(site->fan[f].kind), 1 / site->weight[k]) - 1; /* weights times shares come to 1 */
-			const float each = site->part[k] * site->fan[f].gain[k] * RBF_DRAW_TOTAL;
-			const float of[3] = {each * set->unit[0], each * set->unit[1] * excess, each * set->unit[2] * site->fan[f].sine[k]};
-			for (uint32_t t = 0; t < tables; t++) {
-				const float sum = total + of[t];
-				const double share = (double)sum - (double)total;
-				sampler->part[parts] = (struct rbf_sampler_part){set, RBF_DRAW_TOTAL / share, excess, (uint8_t)k, (uint8_t)f, (uint8_t)t};
-				sampler->running[parts] = (double)sum;
-				const int some = (share > 0) & (set->blocks > 0); /* else the next one takes its place */
-				total = some ? sum : total;
-				parts += (uint32_t)some;
-			}
+		const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + frame);
+		const float of[3] = {each[k] * set->unit[0], band[k] * set->unit[1], slant[k] * set->unit[2]};
+		for (uint32_t t = 0; t < tables; t++) {
+			const float next = sum + of[t];
+			sampler->part[parts] = (struct rbf_sampler_part){set, excess[k], (uint8_t)k, (uint8_t)frame, (uint8_t)t};
+			sampler->running[parts + 1] = (double)next;
+			const int some = (next > sum) & (set->blocks > 0);
+			sum = some ? next : sum;
+			parts += (uint32_t)some;
 		}
 	}
-	sampler->parts = parts;
+	*total = sum;
+	return parts;
+}
+
+/* tables: as rbf_draw_tables(), a constant where it is inlined. */
+static inline __attribute__((always_inline)) void add_frames(const rbf_site *site, uint32_t tables, rbf_sampler *sampler)
+{
+	float total = 0;
+	sampler->parts = 0;
+	sampler->running[0] = 0;
+	for (uint32_t f = 0; f < site->component->frames; f++) {
+		heights(site, f, &sampler->clear[f], &sampler->band[f]);
+		sampler->parts = add_parts(site, f, tables, sampler->parts, &total, sampler);
+	}
+	for (uint32_t p = 0; p < sampler->parts; p++)
+		sampler->scale[p] = RBF_DRAW_TOTAL / (sampler->running[p + 1] - sampler->running[p]);
+}
+
+RBF_CLONES static void set_sampler(const rbf_site *site, uint32_t tables, rbf_sampler *sampler)
+{
+	switch (tables) {
+	case 1: add_frames(site, 1, sampler); break;
+	case 2: add_frames(site, 2, sampler); break;
+	default: add_frames(site, 3, sampler);
+	}
+}
+
+void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
+{
+	set_sampler(site, rbf_draw_tables(site->component), sampler);
 }
 
 /* Into [0, 1). */
@@ -205,7 +233,7 @@ static inline uint32_t part_at(const rbf_sampler *sampler, double pick)
 {
 	uint32_t p = 0;
 	for (uint32_t n = 0; n + 1 < sampler->parts; n++)
-		p += pick >= sampler->running[n]; /* they rise */
+		p += pick >= sampler->running[n + 1]; /* they rise */
 	return p;
 }
 
@@ -219,7 +247,7 @@ static inline __attribute__((always_inline)) int choose(const rbf_site *site, co
 	const uint32_t frame = part->frame, k = part->corner;
 	const rbf_fan *fan = &site->fan[frame];
 	const uint16_t *running = c->draws + part->table * (size_t)c->blocks * RBF_LANES + (size_t)part->set->first * RBF_LANES;
-	const double units = part->scale * (pick - (p ? sampler->running[p - 1] : 0));
+	const double units = sampler->scale[p] * (pick - sampler->running[p]);
 	const uint32_t low = first_above(running, part->set->blocks, (uint32_t)units), step = share_at(running, low);
 	const uint32_t block = part->set->first + low / RBF_LANES, lane = low % RBF_LANES;
 	const double rest = !first ? rbf_uniform(state) : step ? clamped((units - (running[low] - (double)step)) / step) : .5;
@@ -259,7 +287,7 @@ static inline uint64_t random_state(double u)
 
 RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
 {
-	const double total = sampler->parts ? sampler->running[sampler->parts - 1] : 0;
+	const double total = sampler->running[sampler->parts];
 	exitant[0] = exitant[1] = exitant[2] = 0;
 	if (!(total > 0))
 		return 0;
@@ -308,7 +336,7 @@ RBF_CLONES static void parts_of(const rbf_sampler *sampler, const crowd *c, uint
 		at[i] = 0;
 	for (uint32_t n = 0; n + 1 < sampler->parts; n++)
 		for (uint32_t i = 0; i < c->count; i++)
-			at[i] += c->pick[i] >= sampler->running[n];
+			at[i] += c->pick[i] >= sampler->running[n + 1];
 	for (uint32_t i = 0; i < c->count; i++)
 		part[i] = (uint8_t)at[i];
 }
@@ -403,7 +431,7 @@ static uint32_t draw_part(const rbf_site *site, const rbf_sampler *sampler, uint
 
 size_t rbf_site_sample_many(const rbf_site *site, const rbf_sampler *sampler, size_t count, const double *u, float exitant[][3])
 {
-	const double total = sampler->parts ? sampler->running[sampler->parts - 1] : 0;
+	const double total = sampler->running[sampler->parts];
 	size_t drawn = 0;
 	crowd c;
 	draft d;

@@ -10,10 +10,10 @@ typedef struct rbf_sampler {
 	uint32_t parts;
 	float clear[RBF_MAX_FRAMES];       /* z of exitant directions from which on no corner of a frame takes over from another */
 	float band[RBF_MAX_FRAMES];        /* the same of directions at the corners */
-	double running[3 * RBF_SITE_JOBS]; /* sum of the parts' bounds; of floats, so that differences are exact */
+	double running[3 * RBF_SITE_JOBS + 1]; /* sum of the bounds of the parts before; of floats, so that differences are exact */
+	double scale[3 * RBF_SITE_JOBS];   /* of each part, units of its table in what `running` counts */
 	struct rbf_sampler_part {
 		const rbf_set *set;
-		double scale;          /* units of its table in what `running` counts */
 		float excess;          /* by how much the share of its corner can be above 1 */
 		uint8_t corner, frame, table;
 	} part[3 * RBF_SITE_JOBS];

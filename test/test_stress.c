@@ -491,7 +491,7 @@ static double drawn_share(const rbf_site *site, double arrives)
 {
 	rbf_sampler sampler;
 	rbf_sampler_set(site, &sampler);
-	const double total = sampler.parts ? (double)site->scale * sampler.running[sampler.parts - 1] : 0;
+	const double total = (double)site->scale * sampler.running[sampler.parts];
 	return total > arrives ? 1 - pow(1 - arrives / total, RBF_SAMPLE_TRIES) : 1;
 }
 
