@@ -210,6 +210,23 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
+/* Drops frames that no longer lower the error clearly: the first one chosen is what alone does best, which others may do better together. */
+static int drop_frames(const rbf_left_out *b, rbf_choice *best)
+{
+	int better = 1, failed = 0;
+	while (better && !failed && best->frames > 1) {
+		rbf_choice round = {0};
+		for (uint32_t f = 0; f < best->frames && !failed; f++) {
+			rbf_choice next = again(best);
+			next.frames--;
+			memmove(next.frame + f, next.frame + f + 1, (next.frames - f) * sizeof *next.frame);
+			failed = contest(b, &round, next, NULL);
+		}
+		better = win(best, &round, failed ? 0 : 1 / GAIN);
+	}
+	return failed;
+}
+
 /* The same frames, with the same labels: they do not depend on how much light is carried. */
 static rbf_choice alike(const rbf_left_out *b, const rbf_choice *best)
 {
@@ -306,7 +323,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		win(&best, &round, failed ? 0 : n == 2 ? SETTLED_LOSS : 1);
 		*choice = best;
 	}
-	failed = failed || even(b, &best) || tune(b, &best);
+	failed = failed || drop_frames(b, &best) || even(b, &best) || tune(b, &best);
 	*choice = best;
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
 	const float caps[2] = {.6f, 1.f};

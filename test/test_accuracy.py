@@ -31,7 +31,7 @@ def binary(name):
 
 
 class Accuracy(unittest.TestCase):
-    def judge(self, measure, bounds, azimuths=(0, 360), residual=None):
+    def judge(self, measure, bounds, azimuths=(0, 360), residual=None, frames=None):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(measure + [folder], check=True, stdout=subprocess.DEVNULL)
             files = sorted(f for f in glob.glob(folder + '/*_t*_p*.*') if azimuths[0] <= int(re.search('_p([0-9]+)', f)[1]) <= azimuths[1])
@@ -43,6 +43,8 @@ class Accuracy(unittest.TestCase):
             told = subprocess.run([binary('rbfinfo'), record], check=True, capture_output=True, text=True).stdout
             if residual is not None:
                 self.assertEqual('residual transport: none' not in told, residual)
+            if frames is not None:
+                self.assertEqual(len(re.search('frames: (.*)', told)[1].split(',')), frames)
             result['expected'] = float(re.search(r'expected error: ([0-9.]+)', told)[1])
         print(f'{self.id():60}' + '  '.join(f'{k} {v:.4f}' for k, v in result.items()), file=sys.stderr, flush=True)
         for name, bound in zip(('l1', 'dhr', 'logrmse'), bounds):
@@ -92,7 +94,8 @@ class Accuracy(unittest.TestCase):
         self.own('varnish', (.06, .025, .15), every=2)
 
     def test_redirect(self):
-        self.own('redirect', PANEL)
+        """Alone, shift does best; once both beams have a frame it has nothing left to do."""
+        self.own('redirect', PANEL, frames=2)
 
     def test_bench_satin(self):
         self.bench('satin', SATIN)
