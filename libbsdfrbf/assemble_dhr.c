@@ -6,9 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SPACING = 1.6 * RBF_PI / 180; /* of the lattice's nodes */
-enum { STEPS_LEAST = 4, STEPS_MOST = 16 }; /* multiples of 4: half a lattice is one again */
+static const double SPACING = 2.4 * RBF_PI / 180; /* of the lattice's nodes, at first */
+enum { STEPS_LEAST = 4, STEPS_MOST = 16, STEPS_FINE = 24 }; /* multiples of 4, half a lattice is one again: at first, and in the end */
 static const float SMOOTH = 3e-4f; /* of DHR: what half a lattice may miss at the other nodes */
+static const float COARSE = .02f;  /* if it misses more than that, the whole one, which misses an eighth to a quarter of it, is not fine enough */
 
 /* Even, and the same for the whole mesh, so that what elements share has the same nodes on both sides. */
 static uint32_t steps_of(const rbf_mesh *mesh)
@@ -60,19 +61,21 @@ static void set_element_node(const rbf_component *c, uint32_t e, uint32_t p, uin
 	set_node(c, e, weight, d, table + rbf_dhr_lattice(c->dhr_steps, p, q) * c->channels);
 }
 
-static int near(const float *a, const float *b, uint32_t channels)
+/* How far a is from b, relative to all DHR there. z: of the incident direction. */
+static float difference(const rbf_component *c, const float *a, const float *b, float z)
 {
-	for (uint32_t n = 0; n < channels; n++)
-		if (!(fabsf(a[n] - b[n]) <= SMOOTH * fabsf(b[n])))
-			return 0;
-	return 1;
+	float most = 0;
+	for (uint32_t n = 0; n < c->channels; n++)
+		most = fmaxf(most, fabsf(a[n] - b[n]) / fmaxf(fabsf(b[n]) + c->lambertian[n] * fmaxf(z, RBF_DHR_Z), 1e-12f));
+	return most;
 }
 
-/* A triangle's nodes: every other one first. Where their quadratic pieces meet the others that are tried, the rest is theirs. */
-static void fill_triangle(const rbf_component *c, uint32_t e, float *table)
+/* A triangle's nodes: every other one first. Where their quadratic pieces meet the others that are tried, the rest is theirs. Returns
+ * by how much they miss those. */
+static float fill_triangle(const rbf_component *c, uint32_t e, float *table)
 {
 	const uint32_t steps = c->dhr_steps, channels = c->channels;
-	float half_table[(STEPS_MOST / 2 + 1) * (STEPS_MOST / 2 + 2) / 2 * 3];
+	float half_table[(STEPS_FINE / 2 + 1) * (STEPS_FINE / 2 + 2) / 2 * 3], missed = 0;
 	rbf_component half = *c;
 	half.dhr_steps = steps / 2;
 	half.dhr = half_table;
@@ -82,14 +85,13 @@ static void fill_triangle(const rbf_component *c, uint32_t e, float *table)
 			memcpy(half_table + rbf_dhr_lattice(steps / 2, p / 2, q / 2) * channels, table + rbf_dhr_lattice(steps, p, q) * channels,
 				channels * sizeof *table);
 		}
-	int smooth = 1;
-	for (uint32_t q = 1; q <= steps && smooth; q += 2)
-		for (uint32_t p = q % 4 == 1 ? 1 : 3; p + q <= steps && smooth; p += 4) {
+	for (uint32_t q = 1; q <= steps; q += 2)
+		for (uint32_t p = q % 4 == 1 ? 1 : 3; p + q <= steps; p += 4) {
 			float weight[3], d[3], value[3];
 			set_element_node(c, e, p, q, table);
 			node_at(c, e, p, q, weight, d);
 			rbf_dhr_inside(&half, 0, weight, value);
-			smooth = near(value, table + rbf_dhr_lattice(steps, p, q) * channels, channels);
+			missed = fmaxf(missed, difference(c, value, table + rbf_dhr_lattice(steps, p, q) * channels, d[2]));
 		}
 	for (uint32_t q = 0; q <= steps; q++)
 		for (uint32_t p = 0; p + q <= steps; p++) {
@@ -97,19 +99,22 @@ static void fill_triangle(const rbf_component *c, uint32_t e, float *table)
 			if (p % 2 == 0 && q % 2 == 0)
 				continue;
 			node_at(c, e, p, q, weight, d);
-			if (smooth)
+			if (missed <= SMOOTH)
 				rbf_dhr_inside(&half, 0, weight, table + rbf_dhr_lattice(steps, p, q) * channels);
 			else
 				set_element_node(c, e, p, q, table);
 		}
+	return missed;
 }
 
-static void fill_element(const rbf_component *c, uint32_t e, float *table)
+/* Returns as fill_triangle(); 0 for a segment, whose nodes are dense. */
+static float fill_element(const rbf_component *c, uint32_t e, float *table)
 {
 	if (c->mesh.symmetry != RBF_ISOTROPIC)
-		fill_triangle(c, e, table);
-	for (uint32_t p = 0; p <= c->dhr_steps && c->mesh.symmetry == RBF_ISOTROPIC; p++)
+		return fill_triangle(c, e, table);
+	for (uint32_t p = 0; p <= c->dhr_steps; p++)
 		set_element_node(c, e, p, 0, table);
+	return 0;
 }
 
 /* Whether a line of nodes ever answers for a direction outside the mesh. Those along the arc always do. */
@@ -162,24 +167,45 @@ static void fill_border(const rbf_component *c, uint32_t border, float *node)
 	}
 }
 
-int rbf_assemble_dhr(const rbf_team *team, rbf_component *c)
+/* The table for c->dhr_steps, as far as elements go. missed[elements]: as fill_element(). */
+static int fill_elements(const rbf_team *team, rbf_component *c, float *missed)
 {
-	c->dhr_steps = steps_of(&c->mesh);
 	const size_t inside = rbf_dhr_element_nodes(c), outside = rbf_dhr_border_nodes(c);
-	float *table = calloc((c->mesh.elements * inside + c->mesh.borders * outside) * c->channels, sizeof *table);
+	float *table = calloc((c->mesh.elements * inside + c->mesh.borders * outside) * c->channels + 1, sizeof *table);
+	c->dhr = table;
 	if (!table)
 		return -1;
-	float *borders = table + c->mesh.elements * inside * c->channels;
 	#pragma omp parallel for schedule(dynamic)
-	for (int64_t i = 0; i < (int64_t)c->mesh.elements + c->mesh.borders; i++) {
-		const uint32_t n = (uint32_t)i, border = n - c->mesh.elements;
-		if (n < c->mesh.elements && rbf_team_mine(team, n))
-			fill_element(c, n, table + n * inside * c->channels);
-		if (n >= c->mesh.elements && rbf_team_mine(team, border))
-			fill_border(c, border, borders + border * outside * c->channels);
+	for (int64_t i = 0; i < (int64_t)c->mesh.elements; i++)
+		if (rbf_team_mine(team, (uint64_t)i))
+			missed[i] = fill_element(c, (uint32_t)i, table + (size_t)i * inside * c->channels);
+	return rbf_team_share_rows(team, c->mesh.elements, sizeof *missed, missed)
+		|| rbf_team_share_rows(team, c->mesh.elements, inside * c->channels * sizeof *table, table) ? -1 : 0;
+}
+
+static int fill_borders(const rbf_team *team, rbf_component *c)
+{
+	const size_t row = (size_t)rbf_dhr_border_nodes(c) * c->channels;
+	float *borders = (float *)c->dhr + c->mesh.elements * (size_t)rbf_dhr_element_nodes(c) * c->channels;
+	#pragma omp parallel for schedule(dynamic)
+	for (int64_t i = 0; i < (int64_t)c->mesh.borders; i++)
+		if (rbf_team_mine(team, (uint64_t)i))
+			fill_border(c, (uint32_t)i, borders + (size_t)i * row);
+	return rbf_team_share_rows(team, c->mesh.borders, row * sizeof *borders, borders);
+}
+
+int rbf_assemble_dhr(const rbf_team *team, rbf_component *c)
+{
+	float *missed = calloc((size_t)c->mesh.elements + 1, sizeof *missed), most = 0;
+	c->dhr_steps = steps_of(&c->mesh);
+	int failed = !missed || fill_elements(team, c, missed);
+	for (uint32_t e = 0; e < c->mesh.elements && !failed; e++)
+		most = fmaxf(most, missed[e]);
+	if (most > COARSE && c->dhr_steps < STEPS_FINE) {
+		free((void *)c->dhr);
+		c->dhr_steps = 2 * c->dhr_steps < STEPS_FINE ? 2 * c->dhr_steps : STEPS_FINE;
+		failed = fill_elements(team, c, missed);
 	}
-	c->dhr = table;
-	const size_t node = c->channels * sizeof *table;
-	return rbf_team_share_rows(team, c->mesh.elements, inside * node, table)
-		|| rbf_team_share_rows(team, c->mesh.borders, outside * node, borders) ? -1 : 0;
+	free(missed);
+	return failed || fill_borders(team, c) ? -1 : 0;
 }

@@ -45,6 +45,53 @@ static void quadrature_agrees(void **state)
 	assert_int_equal(failed, 0);
 }
 
+/* A prism film that splits a beam: each part is deflected by a constant in cosine space, and one of them ends where it would leave beyond
+ * the horizon. */
+static int split_beams(const double in[3], double beam[][3])
+{
+	int beams = 0;
+	for (int side = -1; side < 2; side += 2) {
+		const double x = .35 * side - in[0], y = -in[1], z2 = 1 - x*x - y*y;
+		if (z2 > 0) {
+			const double d[3] = {x, y, -sqrt(z2)};
+			memcpy(beam[beams++], d, sizeof d);
+		}
+	}
+	return beams;
+}
+
+static void split(const double in[3], const double out[3], double xyz[3])
+{
+	double beam[2][3], f = .01;
+	for (int b = split_beams(in, beam); b-- > 0;)
+		f += .45 * 200 / RBF_PI * exp(400 * (beam[b][0]*out[0] + beam[b][1]*out[1] + beam[b][2]*out[2] - 1)) / fmax(-out[2], .05);
+	xyz[0] = xyz[1] = xyz[2] = out[2] < 0 ? f : 0;
+}
+
+/* Within some triangles DHR falls to half. */
+static void end_agrees(void **state)
+{
+	(void)state;
+	const plan p = {"split", 7, 7, {0, 12, 24, 36, 48, 60, 72}, 0, 15, 64};
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_data *data = fixture_data(context, split, split_beams, 1, 1, &p);
+	bsdfrbf_model *model = fixture_build_data(context, data, p.lobes, 2);
+	double worst = 0;
+	for (int i = 0; i < 24; i++) {
+		question q = question_at(model, 44 + .6 * i, 30 + 41 * (i * .618 - floor(i * .618)));
+		float table;
+		quadrature cells = quadrature_make(scattered, &q, 1, 1e-5);
+		bsdfrbf_dhr_scatter(q.model, q.incident, 1, &table);
+		worst = fmax(worst, fabs((double)table / cells.total[0] - 1));
+		free(cells.cell);
+	}
+	print_message("a beam that ends: DHR off by %.2f %% at most\n", 100 * worst);
+	assert_true(worst < WORST);
+	bsdfrbf_close(model);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+}
+
 /* From the back, light that was measured from the front: f(a, b) = f(b, a). */
 static void swapped_agrees(void **state)
 {
@@ -158,6 +205,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(quadrature_agrees),
+		cmocka_unit_test(end_agrees),
 		cmocka_unit_test(swapped_agrees),
 		cmocka_unit_test(samples_agree),
 		cmocka_unit_test(goes_on_outside),
