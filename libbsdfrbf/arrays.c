@@ -34,11 +34,6 @@ int rbf_array_find(uint32_t kind)
 
 #define X(member) +1
 _Static_assert(0 RBF_NUMBERS(X) <= RBF_NUMBERS_MAX, "the recorded component header is too small");
-
-int rbf_numbers_count(void)
-{
-	return 0 RBF_NUMBERS(X);
-}
 #undef X
 
 void rbf_numbers_get(const rbf_component *component, uint32_t number[RBF_NUMBERS_MAX])

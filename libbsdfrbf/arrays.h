@@ -84,8 +84,7 @@ static inline void rbf_array_set(rbf_component *component, int row, const void *
 	memcpy((char *)component + rbf_array_row[row].offset, &array, sizeof array);
 }
 
+/* Those not in use are 0. */
 void rbf_numbers_get(const rbf_component *component, uint32_t number[RBF_NUMBERS_MAX]);
 void rbf_numbers_set(rbf_component *component, const uint32_t number[RBF_NUMBERS_MAX]);
-/* Numbers in use; the others are 0. */
-int rbf_numbers_count(void);
 #endif
