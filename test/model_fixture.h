@@ -144,17 +144,23 @@ static inline bsdfrbf_model *fixture_build_data(bsdfrbf_context *context, bsdfrb
 	return model;
 }
 
-static inline bsdfrbf_model *fixture_build(const plan *p)
+/* Measured by a plan, and built; to be closed. */
+static inline bsdfrbf_model *fixture_build_of(const plan *p, bsdf *f, maxima *beams, int transmits, int channels)
 {
-	const struct material *m = strcmp(p->material, cats_eye_material.name) ? material_find(p->material) : &cats_eye_material;
 	bsdfrbf_context *context = bsdfrbf_context_new();
-	assert_non_null(m);
 	assert_non_null(context);
-	bsdfrbf_data *data = fixture_data(context, m->f, m->beams, m->transmits, m->coloured ? 3 : 1, p);
+	bsdfrbf_data *data = fixture_data(context, f, beams, transmits, channels, p);
 	bsdfrbf_model *model = fixture_build_data(context, data, p->lobes, 2);
 	bsdfrbf_data_free(data);
 	bsdfrbf_context_free(context);
 	return model;
+}
+
+static inline bsdfrbf_model *fixture_build(const plan *p)
+{
+	const struct material *m = strcmp(p->material, cats_eye_material.name) ? material_find(p->material) : &cats_eye_material;
+	assert_non_null(m);
+	return fixture_build_of(p, m->f, m->beams, m->transmits, m->coloured ? 3 : 1);
 }
 
 /* The component that was measured, and its maps as a line of text. */

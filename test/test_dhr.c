@@ -73,9 +73,7 @@ static void end_agrees(void **state)
 {
 	(void)state;
 	const plan p = {"split", 7, 7, {0, 12, 24, 36, 48, 60, 72}, 0, 15, 64};
-	bsdfrbf_context *context = bsdfrbf_context_new();
-	bsdfrbf_data *data = fixture_data(context, split, split_beams, 1, 1, &p);
-	bsdfrbf_model *model = fixture_build_data(context, data, p.lobes, 2);
+	bsdfrbf_model *model = fixture_build_of(&p, split, split_beams, 1, 1);
 	double worst = 0;
 	for (int i = 0; i < 24; i++) {
 		question q = question_at(model, 44 + .6 * i, 30 + 41 * (i * .618 - floor(i * .618)));
@@ -88,8 +86,6 @@ static void end_agrees(void **state)
 	print_message("a beam that ends: DHR off by %.2f %% at most\n", 100 * worst);
 	assert_true(worst < WORST);
 	bsdfrbf_close(model);
-	bsdfrbf_data_free(data);
-	bsdfrbf_context_free(context);
 }
 
 /* From the back, light that was measured from the front: f(a, b) = f(b, a). */

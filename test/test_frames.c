@@ -36,9 +36,7 @@ static void a_beam_is_learned(void **state)
 {
 	(void)state;
 	static const plan p = {"grooves", 4, 12, {0, 20, 40, 60}, 0, 30, 100};
-	bsdfrbf_context *context = bsdfrbf_context_new();
-	bsdfrbf_data *data = fixture_data(context, grooves, NULL, 0, 1, &p);
-	bsdfrbf_model *m = fixture_build_data(context, data, p.lobes, 2);
+	bsdfrbf_model *m = fixture_build_of(&p, grooves, NULL, 0, 1);
 	bsdfrbf_component_info info;
 	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
 	int learned = -1;
@@ -53,8 +51,6 @@ static void a_beam_is_learned(void **state)
 	if (!(error_between(m, grooves, 30, 3, (const double[3]){10, 30, 50}) < .05))
 		fail_msg("wrong between the measured incidences");
 	bsdfrbf_close(m);
-	bsdfrbf_data_free(data);
-	bsdfrbf_context_free(context);
 }
 
 /* A gloss that rises as Fresnel's reflectance does. */
@@ -69,36 +65,27 @@ static void levels_are_evened(void **state)
 {
 	(void)state;
 	static const plan p = {"rising", 5, 1, {0, 20, 40, 60, 80}, 0, 0, 100};
-	bsdfrbf_context *context = bsdfrbf_context_new();
-	bsdfrbf_data *data = fixture_data(context, rising, NULL, 0, 1, &p);
-	bsdfrbf_model *m = fixture_build_data(context, data, p.lobes, 2);
+	bsdfrbf_model *m = fixture_build_of(&p, rising, NULL, 0, 1);
 	bsdfrbf_component_info info;
 	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
 	assert_true(info.even > 0);
 	if (!(error_between(m, rising, 0, 4, (const double[4]){10, 30, 50, 70}) < .045))
 		fail_msg("wrong between the measured incidences");
 	bsdfrbf_close(m);
-	bsdfrbf_data_free(data);
-	bsdfrbf_context_free(context);
 }
 
 /* Where incidences are few, what maps and shares of corners make of facets' light is too much: it is tuned. */
 static void light_is_tuned(void **state)
 {
 	(void)state;
-	static const plan p = {"brushed", 3, 2, {0, 40, 70}, 0, 90, 0};
-	const struct material *material = material_find(p.material);
-	bsdfrbf_context *context = bsdfrbf_context_new();
-	bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, &p);
-	bsdfrbf_model *m = fixture_build_data(context, data, 100, 2);
+	static const plan p = {"brushed", 3, 2, {0, 40, 70}, 0, 90, 100};
+	bsdfrbf_model *m = fixture_build(&p);
 	bsdfrbf_component_info info;
 	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
 	assert_int_equal(info.tuned, 1);
-	if (!(error_between(m, material->f, 90, 2, (const double[2]){20, 55}) < .086))
+	if (!(error_between(m, material_find(p.material)->f, 90, 2, (const double[2]){20, 55}) < .086))
 		fail_msg("wrong between the measured incidences");
 	bsdfrbf_close(m);
-	bsdfrbf_data_free(data);
-	bsdfrbf_context_free(context);
 }
 
 /* Levels of second degree over the tangential components: their slopes are known, whichever part of the circle was measured. */
