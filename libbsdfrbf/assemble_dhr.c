@@ -86,7 +86,7 @@ static float fill_triangle(const rbf_component *c, uint32_t e, float *table)
 				channels * sizeof *table);
 		}
 	for (uint32_t q = 1; q <= steps; q += 2)
-		for (uint32_t p = q % 4 == 1 ? 1 : 3; p + q <= steps; p += 4) {
+		for (uint32_t p = q % 4; p + q <= steps; p += 4) {
 			float weight[3], d[3], value[3];
 			set_element_node(c, e, p, q, table);
 			node_at(c, e, p, q, weight, d);
@@ -101,7 +101,7 @@ static float fill_triangle(const rbf_component *c, uint32_t e, float *table)
 			node_at(c, e, p, q, weight, d);
 			if (missed <= SMOOTH)
 				rbf_dhr_inside(&half, 0, weight, table + rbf_dhr_lattice(steps, p, q) * channels);
-			else
+			else if (q % 2 == 0 || p % 4 != q % 4) /* not tried above */
 				set_element_node(c, e, p, q, table);
 		}
 	return missed;

@@ -192,36 +192,10 @@ int rbf_query_pair(const bsdfrbf_model *model, const float incident[3], const fl
 	return 1;
 }
 
-static void clear(const bsdfrbf_model *model, float *value)
-{
-	for (uint32_t n = 0; n < model->channels; n++)
-		value[n] = 0;
-}
-
-/* f at a site, and so much of the Lambertian DHR. */
-static inline void eval_at(const rbf_site *site, const float exitant[3], float lambertian, float *value)
-{
-	const rbf_component *c = site->component;
-	float v[3];
-	rbf_site_eval(site, exitant, v);
-	for (uint32_t n = 0; n < c->channels; n++)
-		value[n] = v[n] + lambertian * c->lambertian[n];
-}
-
-static void eval_pair(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float lambertian, float *value)
-{
-	rbf_query q;
-	rbf_site site;
-	if (!rbf_query_pair(model, incident, outgoing, &q)) {
-		clear(model, value);
-		return;
-	}
-	rbf_site_locate(q.component, q.incident, &site);
-	eval_at(&site, q.exitant, lambertian, value);
-}
-
-/* Pairs one after the other: the processor overlaps them better than any order of steps for several at once (measured on Zen 4). */
-static void eval_list(const bsdfrbf_model *model, size_t count, const float *incident, size_t step, const float *outgoing, float *values)
+/* Pairs one after the other: the processor overlaps them better than any order of steps for several at once (measured on Zen 4).
+ * lambertian: how much of the Lambertian DHR joins. */
+static inline void eval_list(const bsdfrbf_model *model, size_t count, const float *incident, size_t step, const float *outgoing,
+	float lambertian, float *values)
 {
 	const float *last = NULL;
 	rbf_site site;
@@ -229,9 +203,11 @@ static void eval_list(const bsdfrbf_model *model, size_t count, const float *inc
 	for (size_t n = 0; n < count; n++) {
 		const float *in = incident + step * n;
 		float *value = values + n * model->channels;
+		float scatter[3];
 		rbf_query q;
 		if (!rbf_query_pair(model, in, outgoing + 3 * n, &q)) {
-			clear(model, value);
+			for (uint32_t k = 0; k < model->channels; k++)
+				value[k] = 0;
 			continue;
 		}
 		if (!known || q.component != site.component || (in != last && memcmp(in, last, 3 * sizeof *in))) {
@@ -239,26 +215,28 @@ static void eval_list(const bsdfrbf_model *model, size_t count, const float *inc
 			known = !q.swapped;
 			last = in;
 		}
-		eval_at(&site, q.exitant, (float)(1 / RBF_PI), value);
+		rbf_site_eval(&site, q.exitant, scatter);
+		for (uint32_t k = 0; k < model->channels; k++)
+			value[k] = scatter[k] + lambertian * q.component->lambertian[k];
 	}
 }
 
 void bsdfrbf_eval(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
 {
-	eval_pair(model, incident, outgoing, (float)(1 / RBF_PI), value);
+	eval_list(model, 1, incident, 0, outgoing, (float)(1 / RBF_PI), value);
 }
 
 void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
 {
-	eval_pair(model, incident, outgoing, 0, value);
+	eval_list(model, 1, incident, 0, outgoing, 0, value);
 }
 
 void bsdfrbf_eval_many(const bsdfrbf_model *model, size_t count, const float *incident, const float *outgoing, float *values)
 {
-	eval_list(model, count, incident, 3, outgoing, values);
+	eval_list(model, count, incident, 3, outgoing, (float)(1 / RBF_PI), values);
 }
 
 void bsdfrbf_eval_exitant(const bsdfrbf_model *model, const float incident[3], size_t count, const float *outgoing, float *values)
 {
-	eval_list(model, count, incident, 0, outgoing, values);
+	eval_list(model, count, incident, 0, outgoing, (float)(1 / RBF_PI), values);
 }

@@ -179,11 +179,14 @@ static double steepness(const rbf_mesh *mesh, const rbf_element *e, float disagr
 /* Means over the elements around each base. */
 static void set_steepness(const rbf_mesh *mesh, const float *disagreement, lesson *known)
 {
-	for (uint32_t n = 0; n < mesh->elements; n++)
+	for (uint32_t n = 0; n < mesh->elements; n++) {
+		const rbf_element *e = &mesh->element[n];
+		const double here = steepness(mesh, e, disagreement[n]);
 		for (int i = 0; i < (mesh->symmetry == RBF_ISOTROPIC ? 2 : 3); i++) {
-			lesson *l = &known[mesh->vertex[mesh->element[n].v[i]].base];
-			l->steep += (steepness(mesh, &mesh->element[n], disagreement[n]) - l->steep) / ++l->around;
+			lesson *l = &known[mesh->vertex[e->v[i]].base];
+			l->steep += (here - l->steep) / ++l->around;
 		}
+	}
 }
 
 /* Error of an element if a beam ends in it, else 0. On a chain, leaving out either of its corners predicts across the same end: if

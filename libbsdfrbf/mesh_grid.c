@@ -112,6 +112,12 @@ static int meet(const cap *c, const face *f)
 		&& rbf_dot3(c->centre, f->side[2]) >= -c->sine;
 }
 
+/* Is d in the face, or on its edge? */
+static int holds(const face *f, const double d[3])
+{
+	return rbf_dot3(d, f->side[0]) >= 0 && rbf_dot3(d, f->side[1]) >= 0 && rbf_dot3(d, f->side[2]) >= 0;
+}
+
 static int add_elements(const rbf_mesh *mesh, builder *g)
 {
 	for (uint32_t i = 0; i < mesh->elements; i++) {
@@ -127,8 +133,7 @@ static int add_elements(const rbf_mesh *mesh, builder *g)
 							continue;
 						if (!add_entry(g, y * RBF_MESH_GRID + x, i))
 							return 0;
-						g->inside[y][x] |= rbf_dot3(c->centre, f.side[0]) >= 0
-							&& rbf_dot3(c->centre, f.side[1]) >= 0 && rbf_dot3(c->centre, f.side[2]) >= 0;
+						g->inside[y][x] |= holds(&f, c->centre);
 					}
 			}
 	}
@@ -242,29 +247,23 @@ static int add_row(const rbf_mesh *mesh, builder *g)
 
 /* ---------------------------------------------------------------------- lists */
 
-/* Of PROBES x PROBES points of a cell, how many a face holds. */
-static int covered(uint32_t cell, const face *f)
-{
-	int points = 0;
-	for (int n = 0; n < PROBES * PROBES; n++) {
-		const double disc[2] = { (cell % RBF_MESH_GRID + (n % PROBES + .5) / PROBES) * (2. / RBF_MESH_GRID) - 1,
-			(cell / RBF_MESH_GRID + (n / PROBES + .5) / PROBES) * (2. / RBF_MESH_GRID) - 1 };
-		double d[3];
-		rbf_direction_from_disc(disc, d);
-		points += rbf_dot3(d, f->side[0]) >= 0 && rbf_dot3(d, f->side[1]) >= 0 && rbf_dot3(d, f->side[2]) >= 0;
-	}
-	return points;
-}
-
 /* Puts first what holds most of a cell: most directions are found in one of two (mesh_inside.h). `count` elements are listed. */
 static void largest_first(const rbf_mesh *mesh, uint32_t cell, uint32_t *list, uint32_t count)
 {
 	int points[LISTED];
+	double probe[PROBES * PROBES][3];
+	for (int n = 0; n < PROBES * PROBES; n++) {
+		const double disc[2] = { (cell % RBF_MESH_GRID + (n % PROBES + .5) / PROBES) * (2. / RBF_MESH_GRID) - 1,
+			(cell / RBF_MESH_GRID + (n / PROBES + .5) / PROBES) * (2. / RBF_MESH_GRID) - 1 };
+		rbf_direction_from_disc(disc, probe[n]);
+	}
 	for (uint32_t i = 0; i < count && i < LISTED; i++) {
 		const uint32_t item = list[i];
 		const face f = face_of(mesh, &mesh->element[item]);
-		const int here = covered(cell, &f);
+		int here = 0;
 		uint32_t to = i;
+		for (int n = 0; n < PROBES * PROBES; n++)
+			here += holds(&f, probe[n]);
 		for (; to && points[to - 1] < here; to--) {
 			points[to] = points[to - 1];
 			list[to] = list[to - 1];

@@ -205,10 +205,8 @@ static void check_structure(const rbf_mesh *m, const plan *plan, long exclude)
 		for (uint32_t k = m->cell_first[c]; k < m->cell_first[c + 1]; k++) {
 			const uint32_t item = m->cell_element[k];
 			assert_true((item & ~RBF_MESH_BORDER) < (item & RBF_MESH_BORDER ? m->borders : m->elements));
-			for (uint32_t l = m->cell_first[c]; l < k; l++) { /* elements, then borders; none twice */
-				assert_true(m->cell_element[l] != item);
-				assert_true((m->cell_element[l] & RBF_MESH_BORDER) <= (item & RBF_MESH_BORDER));
-			}
+			for (uint32_t l = m->cell_first[c]; l < k; l++) /* elements, none twice, then borders in ascending order */
+				assert_true(item & RBF_MESH_BORDER ? m->cell_element[l] < item : m->cell_element[l] != item && !(m->cell_element[l] & RBF_MESH_BORDER));
 		}
 }
 
