@@ -61,12 +61,12 @@ static void set_element_node(const rbf_component *c, uint32_t e, uint32_t p, uin
 	set_node(c, e, weight, d, table + rbf_dhr_lattice(c->dhr_steps, p, q) * c->channels);
 }
 
-/* How far a is from b, relative to all DHR there. z: of the incident direction. */
-static float difference(const rbf_component *c, const float *a, const float *b, float z)
+/* How far a is from b, relative to that. */
+static float difference(const float *a, const float *b, uint32_t channels)
 {
 	float most = 0;
-	for (uint32_t n = 0; n < c->channels; n++)
-		most = fmaxf(most, fabsf(a[n] - b[n]) / fmaxf(fabsf(b[n]) + c->lambertian[n] * fmaxf(z, RBF_DHR_Z), 1e-12f));
+	for (uint32_t n = 0; n < channels; n++)
+		most = fmaxf(most, fabsf(a[n] - b[n]) / fmaxf(fabsf(b[n]), 1e-12f));
 	return most;
 }
 
@@ -91,7 +91,7 @@ static float fill_triangle(const rbf_component *c, uint32_t e, float *table)
 			set_element_node(c, e, p, q, table);
 			node_at(c, e, p, q, weight, d);
 			rbf_dhr_inside(&half, 0, weight, value);
-			missed = fmaxf(missed, difference(c, value, table + rbf_dhr_lattice(steps, p, q) * channels, d[2]));
+			missed = fmaxf(missed, difference(value, table + rbf_dhr_lattice(steps, p, q) * channels, channels));
 		}
 	for (uint32_t q = 0; q <= steps; q++)
 		for (uint32_t p = 0; p + q <= steps; p++) {
