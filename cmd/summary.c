@@ -68,7 +68,7 @@ static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf
 			fprintf(stderr, "%.1f degrees around the source", gap);
 		if (cut)
 			fprintf(stderr, "%snothing beyond %.1f degrees of exitance", hole ? "; " : "", edge);
-		fprintf(stderr, hole || cut ? "; filled smoothly\n" : "none\n");
+		fprintf(stderr, !hole && !cut ? "none\n" : info->filled > 0 ? "; filled from the incidences around\n" : "; filled smoothly\n");
 	}
 	free(list);
 }

@@ -15,7 +15,7 @@
 #define RBF_NUMBERS(X) \
 	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
 	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
-	X(dhr_steps) X(learned) X(even) X(tuned)
+	X(dhr_steps) X(learned) X(even) X(tuned) X(filled)
 #define RBF_NUMBERS_MAX 48
 
 /* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With

@@ -405,6 +405,7 @@ typedef struct bsdfrbf_component_info {
 	float expected_error;    /* relative L1 to expect between measured incidences, < 0 unknown */
 	float even;              /* how far what incidences send is carried to a common level between them, 0 to 1 */
 	int tuned;               /* 1: light between incidences is tuned to the DHR that those around expect */
+	float filled;            /* largest share of the exitant hemisphere that an incidence was not measured in, but those around it show; 0: none */
 } bsdfrbf_component_info;
 
 /* Fills in the facts. Errors: ARGUMENT (the component is missing). */

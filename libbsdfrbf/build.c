@@ -13,6 +13,7 @@
 #include "sample.h"
 #include "trend.h"
 #include "tune.h"
+#include "unseen.h"
 
 #include <omp.h>
 #include <stdlib.h>
@@ -23,6 +24,9 @@ static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
+
+static const float UNSEEN_LEAST = .0075f; /* of the hemisphere: a hole of 7 degrees; less is left to the fits */
+enum { FILL_ROUNDS = 2 };
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
 {
@@ -37,6 +41,7 @@ typedef struct job {
 	double *direction;
 	rbf_symmetry_choice symmetry;
 	float *fit_error;
+	uint32_t *lobes;        /* places of lobes in each fit, if they are ours */
 	float *scatter;         /* error of the fits by expect.h, if they are ours */
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
@@ -58,6 +63,7 @@ static void job_free(job *j)
 	free(j->measured.incidence);
 	free(j->direction);
 	free(j->fit_error);
+	free(j->lobes);
 	free(j->scatter);
 	free(j->fitted.lobes);
 	rbf_label_release(&j->fitted);
@@ -171,7 +177,7 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	j->scatter = malloc(((size_t)bases + 1) * sizeof *j->scatter);
 	if (!m->lobes || !j->fit_error || !j->scatter)
 		return out_of_memory(context);
-	uint32_t *count = malloc(((size_t)bases + 1) * sizeof *count);
+	uint32_t *count = j->lobes = malloc(((size_t)bases + 1) * sizeof *count);
 	rbf_trials trials = {0};
 	float error[RBF_TRIALS_MOST];
 	int failed = !count || rbf_trials_make(&trials, (size_t)bases, j->direction);
@@ -191,7 +197,6 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	}
 	if (failed || rbf_progress(context, "lobes", progress)) {
 		rbf_trials_free(&trials);
-		free(count);
 		return failed ? out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
@@ -203,7 +208,6 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	failed = rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, (uint32_t)bases, (uint32_t)channels, m->lobes)
 		|| (!j->measured.ready && rbf_expect_fit(&j->measured, &trials, m, c->lambertian, count, j->scatter));
 	rbf_trials_free(&trials);
-	free(count);
 	if (failed)
 		return out_of_memory(context);
 	double energy = 0;
@@ -294,6 +298,46 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const job *j, rbf_comp
 	return status;
 }
 
+/* Fits anew what was filled. */
+static int fit_filled(const rbf_unseen *unseen, const float lambertian[3], job *j)
+{
+	rbf_fitted *m = &j->fitted;
+	int failed = 0;
+	for (uint32_t b = 0; b < m->bases; b++)
+		if (!rbf_team_mine(m->team, b))
+			rbf_lobes_free(&m->lobes[b]);
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
+		const rbf_incidence *in = rbf_unseen_incidence(unseen, (size_t)b);
+		if (!rbf_team_mine(m->team, (uint64_t)b) || in->count == j->measured.incidence[b].count)
+			continue;
+		rbf_lobes_free(&m->lobes[b]);
+		failed |= rbf_fit(in, (int)m->channels, lambertian, j->lobes[b], 0, &m->lobes[b], NULL) != 0;
+	}
+	return rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, m->bases, m->channels, m->lobes);
+}
+
+/* Fills what was not measured (unseen.h), fits again, and labels again as before, which tells what is still farther; in the end frames are
+ * to be chosen anew. Sets c->filled. */
+static bsdfrbf_status fill_unseen(bsdfrbf_context *context, job *j, rbf_component *c)
+{
+	rbf_fitted *m = &j->fitted;
+	if (j->measured.ready)
+		return BSDFRBF_OK;
+	rbf_unseen *unseen = rbf_unseen_begin(&j->measured);
+	const float most = unseen ? rbf_unseen_most(unseen) : 0;
+	int failed = rbf_team_failed(m->team, !unseen), more = !failed && most > UNSEEN_LEAST;
+	for (int round = 0; round < FILL_ROUNDS && more && !failed; round++) {
+		failed = rbf_unseen_fill(unseen, m, &j->choice, c->lambertian, j->lobes, &more);
+		if (failed || !more)
+			break;
+		c->filled = (uint32_t)ceilf(1000 * most);
+		failed = fit_filled(unseen, c->lambertian, j) || rbf_label_renew(m, round + 1 < FILL_ROUNDS ? m->candidates : RBF_MAPS_LISTED);
+	}
+	rbf_unseen_end(unseen);
+	return failed ? out_of_memory(context) : BSDFRBF_OK;
+}
+
 static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measured *all, const char *name, int channels,
 	const bsdfrbf_build_options *o, double from, double to, job *j, rbf_component *c)
 {
@@ -315,7 +359,12 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	c->present = 1;
 	if (rbf_label_prepare(&j->fitted))
 		return out_of_memory(context);
-	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .4 * span, from + .8 * span, &j->choice));
+	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .4 * span, from + .6 * span, &j->choice));
+	RBF_TRY(fill_unseen(context, j, c));
+	if (c->filled) {
+		rbf_choice_free(&j->choice);
+		RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .6 * span, from + .8 * span, &j->choice));
+	}
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, c))
 		return out_of_memory(context);
 	if (rbf_levels_make(&j->fitted, j->choice.even, j->choice.slopes, c))

@@ -51,6 +51,8 @@ const char *rbf_check_numbers(const rbf_component *c)
 		return "learned frames";
 	if (c->tuned > 1)
 		return "tuned light";
+	if (c->filled > 1000)
+		return "filled directions";
 	if (c->even > RBF_EVEN)
 		return "evened levels";
 	if (c->sets != (uint64_t)c->mesh.bases * c->frames)

@@ -18,12 +18,11 @@
 
 enum { ROUNDS = 6, MISSED = 32, FEW = 4 }; /* rounds in which lobes join; how many in each at most; so few make it the last one */
 enum { SOME = 4 }; /* every fourth sample tells the median */
-enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, GAP_AROUND = 48, AREA_AROUND = 32 };
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, AREA_AROUND = 32 };
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
 static const double GAP = 2, GAP_NONE = 1.6; /* sigmas that bridge a gap between samples; up to so many times that it is none */
-static const float AXIS = .41421356f;   /* tan 22.5 degrees */
 static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
 static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
@@ -140,26 +139,12 @@ static void smooth(work *k, const float *y)
 	}
 }
 
-/* How far samples are apart about sample i, along the axis where they are farthest: those of a scan by arcs may be ten times as far
- * from each other across the arcs as along them, and lobes as narrow as along would leave the dark between. Either side of an axis will
- * do, as at the horizon or a hole there is but one; 0 if the nearest samples do not tell, as they all lie on one line. */
+/* As rbf_tree_gap(). */
 static float gap_at(work *k, size_t i)
 {
-	uint32_t index[GAP_AROUND];
-	float distance[GAP_AROUND], t[3], u[3], nearest[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, widest = 0;
-	if (k->gap[i] >= 0)
-		return k->gap[i];
-	const int found = rbf_tree_nearest(&k->tree, k->w[i], GAP_AROUND, index, distance);
-	rbf_basis(k->w[i], t, u);
-	for (int n = 0; n < found; n++) {
-		const float x = rbf_dot(k->w[index[n]], t), y = rbf_dot(k->w[index[n]], u);
-		const int axis = fabsf(y) < AXIS * fabsf(x) ? 0 : fabsf(x) < AXIS * fabsf(y) ? 1 : x * y > 0 ? 2 : 3;
-		if (distance[n] > 1e-10f)
-			nearest[axis] = fminf(nearest[axis], distance[n]);
-	}
-	for (int a = 0; a < 4; a++)
-		widest = fmaxf(widest, nearest[a]);
-	return k->gap[i] = widest < INFINITY ? sqrtf(widest) : 0;
+	if (k->gap[i] < 0)
+		k->gap[i] = rbf_tree_gap(&k->tree, k->w[i]);
+	return k->gap[i];
 }
 
 /* The farthest-point order is a hierarchy: its first quarter covers the same ground at twice the spacing. Each such level adds

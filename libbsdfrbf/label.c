@@ -80,6 +80,12 @@ static int find_neighbours(rbf_fitted *m)
 	return 0;
 }
 
+static void count_lobes(rbf_fitted *m)
+{
+	for (uint32_t b = 0; b < m->bases; b++)
+		m->lobe_first[b + 1] = m->lobe_first[b] + m->lobes[b].count;
+}
+
 int rbf_label_prepare(rbf_fitted *m)
 {
 	if (find_neighbours(m))
@@ -87,8 +93,7 @@ int rbf_label_prepare(rbf_fitted *m)
 	m->lobe_first = calloc((size_t)m->bases + 1, sizeof *m->lobe_first);
 	if (!m->lobe_first)
 		return -1;
-	for (uint32_t b = 0; b < m->bases; b++)
-		m->lobe_first[b + 1] = m->lobe_first[b] + m->lobes[b].count;
+	count_lobes(m);
 	for (unsigned map = 0; map < RBF_MAPS_LISTED; map++)
 		if (rbf_label_add(m, map, NULL))
 			return -1;
@@ -154,6 +159,21 @@ int rbf_label_change(rbf_fitted *m, uint32_t candidate, const rbf_linear *linear
 	return predict(m, &m->candidate[candidate]);
 }
 
+int rbf_label_renew(rbf_fitted *m, uint32_t keep)
+{
+	const uint32_t candidates = m->candidates;
+	int failed = 0;
+	count_lobes(m);
+	m->candidates = 0;
+	for (uint32_t i = 0; i < candidates; i++) {
+		const rbf_candidate former = m->candidate[i];
+		free(former.prediction);
+		m->candidate[i].prediction = NULL;
+		failed = failed || (i < keep && rbf_label_add(m, former.map, &former.linear));
+	}
+	return failed;
+}
+
 void rbf_label_release(rbf_fitted *m)
 {
 	free(m->neighbour_first);
@@ -176,6 +196,33 @@ static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_
 	}
 	for (uint32_t f = 0; f < frames; f++)
 		r[f] /= sum;
+}
+
+void rbf_label_parts_free(const rbf_fitted *m, rbf_lobes *parts)
+{
+	for (uint32_t b = 0; parts && b < m->bases; b++)
+		free(parts[b].amplitude);
+	free(parts);
+}
+
+rbf_lobes *rbf_label_parts(const rbf_fitted *m, const float label[], int luminance)
+{
+	const uint32_t y = rbf_luminance(m->channels), channels = luminance ? 1 : m->channels;
+	rbf_lobes *part = calloc(m->bases + 1, sizeof *part);
+	for (uint32_t b = 0; part && b < m->bases; b++) {
+		const rbf_lobes *l = &m->lobes[b];
+		part[b] = (rbf_lobes){.count = l->count, .channels = channels, .blocks = l->blocks, .block = l->block};
+		part[b].amplitude = calloc((size_t)l->blocks * channels + 1, sizeof *part[b].amplitude);
+		if (!part[b].amplitude) {
+			rbf_label_parts_free(m, part);
+			return NULL;
+		}
+		for (uint32_t c = 0; c < channels; c++)
+			for (uint32_t i = 0; i < l->count; i++)
+				part[b].amplitude[c * l->blocks + i / RBF_LANES].a[i % RBF_LANES]
+					= label[m->lobe_first[b] + i] * rbf_lobe_amplitude(l, luminance ? y : c, i);
+	}
+	return part;
 }
 
 void rbf_label_set(uint32_t lobes, uint32_t frames, float r[], uint32_t lobe, float *label)

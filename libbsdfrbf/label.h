@@ -39,6 +39,9 @@ int rbf_label_add(rbf_fitted *fitted, unsigned map, const rbf_linear *linear);
 /* Another beam for a learned map that was added. Opens OpenMP regions. Returns as above. */
 int rbf_label_change(rbf_fitted *fitted, uint32_t candidate, const rbf_linear *linear);
 
+/* Once lobes have changed: the first `keep` candidates as these have it; others go. Opens OpenMP regions. Returns as above. */
+int rbf_label_renew(rbf_fitted *fitted, uint32_t keep);
+
 /* What remains of a direction's claim by a map: DSF of another incidence's lobes at a mapped direction, times its gain. Directions
  * that sank below are judged just above the horizon, and count less. */
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain);
@@ -46,6 +49,11 @@ float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3]
 /* How well a map predicts a lobe of `base` at direction c, where DSF is `self`, from the lobes of its neighbours; lobes: of all bases, or a
  * part of each. The mean logarithm. */
 float rbf_label_prediction(const rbf_fitted *fitted, const rbf_candidate *map, const rbf_lobes lobes[], uint32_t base, const float c[3], float self);
+
+/* The lobes of all bases as far as they belong to a frame, by its labels (over all bases): of all channels, or their luminance alone. They share the
+ * blocks of fitted->lobes, and have no masses. NULL: out of memory. */
+rbf_lobes *rbf_label_parts(const rbf_fitted *fitted, const float label[], int luminance);
+void rbf_label_parts_free(const rbf_fitted *fitted, rbf_lobes *parts);
 
 /* Sets a lobe's labels (index over all bases, of which there are `lobes` lobes) to r[frames], without what is faint. */
 void rbf_label_set(uint32_t lobes, uint32_t frames, float r[], uint32_t lobe, float *label);

@@ -269,21 +269,25 @@ static void drop_empty(rbf_choice *c, size_t lobes)
 	c->frames = kept;
 }
 
+int rbf_choice_label(const rbf_fitted *m, rbf_choice *choice)
+{
+	choice->label = malloc(((size_t)choice->frames * m->lobe_first[m->bases] + 1) * sizeof *choice->label);
+	if (!choice->label)
+		return -1;
+	rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
+	if (choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->label, choice->share))
+		return -1;
+	drop_empty(choice, m->lobe_first[m->bases]);
+	return 0;
+}
+
 int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choice *best)
 {
 	const rbf_fitted *m = b->fitted;
 	rbf_component c = {0};
-	const int labelled = choice->label != NULL;
-	if (!labelled)
-		choice->label = malloc(((size_t)choice->frames * m->lobe_first[m->bases] + 1) * sizeof *choice->label);
 	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
-	if (!choice->label || !choice->base_error)
+	if (!choice->base_error || (!choice->label && rbf_choice_label(m, choice)))
 		return -1;
-	if (!labelled)
-		rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
-	if (!labelled && choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->label, choice->share))
-		return -1;
-	drop_empty(choice, m->lobe_first[m->bases]);
 	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
 		return -1;
 	for (uint32_t i = 0; i < m->bases; i++)

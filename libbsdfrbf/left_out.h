@@ -19,6 +19,9 @@ typedef struct rbf_choice {
 
 void rbf_choice_free(rbf_choice *choice);
 
+/* Labels a choice that has none; frames that get no lobe go. Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up. */
+int rbf_choice_label(const rbf_fitted *fitted, rbf_choice *choice);
+
 /* Incidences that are left out in turn: those inside the mesh of the others, if there are any. */
 typedef struct rbf_left_out {
 	rbf_fitted *fitted;

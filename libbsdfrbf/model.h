@@ -99,6 +99,7 @@ typedef struct rbf_component {
 	const rbf_level *level;         /* [mesh.bases], where they are */
 	uint32_t tuned;                 /* 1: tune is present */
 	const float *tune;              /* [mesh.elements + mesh.borders][RBF_TUNE]: by how much light rises (site.c) */
+	uint32_t filled;                /* largest share of the hemisphere that an incidence was not measured in, but filled, in thousandths */
 	uint32_t residual;              /* 1: shifts are present */
 	uint32_t sets;                  /* bases * frames */
 	const rbf_set *set;

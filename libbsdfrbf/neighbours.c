@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "neighbours.h"
+#include "vector.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF = 12, BRANCHLESS = 24 };
+enum { LEAF = 12, BRANCHLESS = 24, GAP_AROUND = 48 };
+static const float AXIS = .41421356f; /* tan 22.5 degrees */
 
 /* The median of a range is its node, split along the axis of largest extent. */
 static int widest(const rbf_tree *t, size_t from, size_t to)
@@ -192,4 +194,21 @@ int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *in
 		distance[found] = distance_of(s.key[found]);
 	}
 	return found;
+}
+
+float rbf_tree_gap(const rbf_tree *tree, const float p[3])
+{
+	uint32_t index[GAP_AROUND];
+	float distance[GAP_AROUND], t[3], u[3], nearest[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, most = 0;
+	const int found = rbf_tree_nearest(tree, p, GAP_AROUND, index, distance);
+	rbf_basis(p, t, u);
+	for (int n = 0; n < found; n++) {
+		const float *q = tree->point[index[n]], x = rbf_dot(q, t), y = rbf_dot(q, u);
+		const int axis = fabsf(y) < AXIS * fabsf(x) ? 0 : fabsf(x) < AXIS * fabsf(y) ? 1 : x * y > 0 ? 2 : 3;
+		if (distance[n] > 1e-10f)
+			nearest[axis] = fminf(nearest[axis], distance[n]);
+	}
+	for (int a = 0; a < 4; a++)
+		most = fmaxf(most, nearest[a]);
+	return most < INFINITY ? sqrtf(most) : 0;
 }

@@ -32,4 +32,10 @@ static inline int rbf_near_highest(const uint32_t (*near)[RBF_NEAR], const float
 
 /* The `k` (at most RBF_NEAREST_MOST) points nearest to p, nearest first, into index[k] and squared distance[k]. Returns how many. */
 int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *index, float *distance);
+
+/* How far directions are apart about one of them, along the axis where they are farthest: samples of a scan by arcs may be ten times as
+ * far from each other across the arcs as along them, and lobes as narrow as along would leave the dark between. Either side of an axis will
+ * do, as at the horizon or a hole there is but one; 0 if the nearest do not tell, as they all lie on one line. The tree's index must be
+ * its own order. */
+float rbf_tree_gap(const rbf_tree *tree, const float direction[3]);
 #endif

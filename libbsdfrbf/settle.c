@@ -8,32 +8,6 @@
 
 enum { SETTLING = 30 }; /* rounds */
 
-static void free_parts(const rbf_fitted *m, rbf_lobes *part)
-{
-	for (uint32_t b = 0; part && b < m->bases; b++)
-		free(part[b].amplitude);
-	free(part);
-}
-
-/* The luminance of all lobes as far as they belong to a frame; they share the blocks of m->lobes. NULL: out of memory. */
-static rbf_lobes *parts_of(const rbf_fitted *m, const float label[])
-{
-	const uint32_t y = rbf_luminance(m->channels);
-	rbf_lobes *part = calloc(m->bases + 1, sizeof *part);
-	for (uint32_t b = 0; part && b < m->bases; b++) {
-		const rbf_lobes *l = &m->lobes[b];
-		part[b] = (rbf_lobes){.count = l->count, .channels = 1, .blocks = l->blocks, .block = l->block};
-		part[b].amplitude = calloc(l->blocks + 1, sizeof *part[b].amplitude);
-		if (!part[b].amplitude) {
-			free_parts(m, part);
-			return NULL;
-		}
-		for (uint32_t i = 0; i < l->count; i++)
-			part[b].amplitude[i / RBF_LANES].a[i % RBF_LANES] = label[m->lobe_first[b] + i] * rbf_lobe_amplitude(l, y, i);
-	}
-	return part;
-}
-
 /* Whether the beams of two frames lie on each other at incidence k, for a lobe that is as wide as sigma. */
 static int coincide(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], const float k[3], float sigma)
 {
@@ -173,7 +147,7 @@ int rbf_settle(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], flo
 	rbf_lobes *part[RBF_MAX_FRAMES] = {NULL}, *own[RBF_MAX_FRAMES] = {NULL};
 	int failed = !next;
 	for (uint32_t f = 0; f < frames && !failed; f++)
-		failed = !(part[f] = parts_of(m, label + (size_t)f * lobes)) || !(own[f] = parts_of(m, label + (size_t)f * lobes));
+		failed = !(part[f] = rbf_label_parts(m, label + (size_t)f * lobes, 1)) || !(own[f] = rbf_label_parts(m, label + (size_t)f * lobes, 1));
 	const int ready = !failed;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
@@ -193,8 +167,8 @@ int rbf_settle(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], flo
 	for (uint32_t i = 0; i < lobes && !failed; i++)
 		rbf_label_set(lobes, frames, next + (size_t)i * frames, i, label);
 	for (uint32_t f = 0; f < frames; f++) {
-		free_parts(m, part[f]);
-		free_parts(m, own[f]);
+		rbf_label_parts_free(m, part[f]);
+		rbf_label_parts_free(m, own[f]);
 	}
 	free(next);
 	return failed ? -1 : 0;

@@ -53,8 +53,9 @@ class Accuracy(unittest.TestCase):
         self.assertLess(result['expected'], 2.5 * result['l1'])
         self.assertGreater(result['expected'], result['l1'] / 2.5)
 
-    def own(self, material, bounds, every=1, **more):
-        self.judge([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '48', '-every', str(every), material], bounds, **more)
+    def own(self, material, bounds, every=1, reach=90, **more):
+        self.judge([binary('goniometer'), '-seed', '3', '-held', '24', '-grid', '48', '-every', str(every), '-maxout', str(reach), material],
+                   bounds, **more)
 
     def bench(self, material, bounds):
         if not os.path.exists(GONIO):
@@ -69,6 +70,10 @@ class Accuracy(unittest.TestCase):
 
     def test_sawtooth(self):
         self.own('sawtooth', SAWTOOTH)
+
+    def test_reach(self):
+        """Without samples beyond 75 degrees of exitance: other incidences show most of it."""
+        self.own('sawtooth', (.012, .006, .03), reach=75)
 
     def test_half_turn(self):
         """Azimuths 0 and 180 are the same incidence: what one says of the other is no error of interpolation. Residual transport would

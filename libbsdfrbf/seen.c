@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "seen.h"
+#include "vector.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { COARSE = 400, FINE = 2000 }; /* directions that are asked for */
+static const float REACH_LEAST = .0436f; /* 2.5 degrees */
+static const float INSIDE = .6f; /* of the gap between samples: nothing is farther from them among them */
+static const float BAND = .2f; /* rad */
+
+/* Directions of equal solid angle, a golden angle apart. */
+static void lattice(int n, int of, float q[3])
+{
+	const double z = 1 - (n + .5) / of, r = sqrt(1 - z*z), phi = 2 * RBF_PI * fmod(n * .6180339887498949, 1);
+	q[0] = (float)(r * cos(phi));
+	q[1] = (float)(r * sin(phi));
+	q[2] = (float)z;
+}
+
+/* The place in the tree of the point that stands for direction q; -1: there is none. */
+static ptrdiff_t place_of(const rbf_tree *tree, const float q[3])
+{
+	uint32_t place;
+	float distance, reach = REACH_LEAST;
+	if (!rbf_tree_nearest(tree, q, 1, &place, &distance))
+		return -1;
+	if (distance > reach * reach)
+		reach = rbf_tree_gap(tree, tree->point[place]);
+	return distance <= reach * reach ? (ptrdiff_t)place : -1;
+}
+
+/* A tree whose index is its own order, and whose points come from these places. NULL: out of memory. */
+static uint32_t *build(rbf_tree *tree, size_t count, const float (*w)[3])
+{
+	uint32_t *from = malloc((count + 1) * sizeof *from);
+	if (!from || rbf_tree_build(tree, count, w)) {
+		free(from);
+		return NULL;
+	}
+	for (size_t i = 0; i < count; i++) {
+		from[i] = tree->index[i];
+		tree->index[i] = (uint32_t)i;
+	}
+	return from;
+}
+
+int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
+{
+	float (*w)[3] = malloc((in->count + 1) * sizeof *w), q[3];
+	int unseen = 0;
+	memset(seen, 0, sizeof *seen);
+	for (size_t i = 0; i < in->count && w; i++)
+		for (int a = 0; a < 3; a++)
+			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
+	seen->sample = w ? build(&seen->measured, in->count, (const float (*)[3])w) : NULL;
+	const int failed = !seen->sample;
+	free(w);
+	for (int n = 0; n < COARSE && !failed; n++) {
+		lattice(n, COARSE, q);
+		unseen += place_of(&seen->measured, q) < 0;
+	}
+	seen->share = (float)unseen / COARSE;
+	return failed ? -1 : 0;
+}
+
+int rbf_seen_refine(rbf_seen *seen)
+{
+	float (*unseen)[3] = malloc(FINE * sizeof *unseen), q[3];
+	rbf_tree tree = {0};
+	uint32_t count = 0;
+	for (int n = 0; n < FINE && unseen; n++) {
+		lattice(n, FINE, q);
+		if (place_of(&seen->measured, q) < 0)
+			memcpy(unseen[count++], q, sizeof q);
+	}
+	seen->share = (float)count / FINE;
+	free(seen->band);
+	seen->band = calloc(seen->measured.count + 1, 1);
+	const int failed = !unseen || !seen->band || rbf_tree_build(&tree, count, (const float (*)[3])unseen);
+	for (size_t i = 0; i < seen->measured.count && count && !failed; i++) {
+		uint32_t nearest;
+		float distance;
+		rbf_tree_nearest(&tree, seen->measured.point[i], 1, &nearest, &distance);
+		seen->band[i] = distance < BAND * BAND;
+	}
+	rbf_tree_free(&tree);
+	free(unseen);
+	return failed ? -1 : 0;
+}
+
+void rbf_seen_free(rbf_seen *seen)
+{
+	rbf_tree_free(&seen->measured);
+	rbf_tree_free(&seen->filled);
+	free(seen->sample);
+	free(seen->band);
+	free(seen->certainty);
+	memset(seen, 0, sizeof *seen);
+}
+
+int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], const float *certainty)
+{
+	rbf_tree_free(&seen->filled);
+	free(seen->certainty);
+	seen->certainty = malloc((count + 1) * sizeof *seen->certainty);
+	uint32_t *from = build(&seen->filled, count, direction);
+	for (uint32_t i = 0; i < count && from && seen->certainty; i++)
+		seen->certainty[i] = certainty[from[i]];
+	free(from);
+	return from && seen->certainty ? 0 : -1;
+}
+
+int rbf_seen_lacks(const rbf_seen *seen, const float direction[3])
+{
+	uint32_t place;
+	float distance;
+	if (!rbf_tree_nearest(&seen->measured, direction, 1, &place, &distance))
+		return 1;
+	const float gap = rbf_tree_gap(&seen->measured, seen->measured.point[place]);
+	return seen->band[place] && distance > INSIDE * INSIDE * gap * gap;
+}
+
+float rbf_seen_certainty(const rbf_seen *seen, const float direction[3], int inner)
+{
+	const ptrdiff_t own = place_of(&seen->measured, direction);
+	if (own >= 0)
+		return !inner || !seen->band[own];
+	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, direction);
+	return filled >= 0 ? seen->certainty[filled] : 0;
+}

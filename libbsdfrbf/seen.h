@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* In which exitant directions an incidence was measured. */
+#ifndef RBF_SEEN_H
+#define RBF_SEEN_H
+#include "measure.h"
+#include "neighbours.h"
+
+/* A direction is seen where the nearest sample is hardly farther away than samples are from each other there. */
+typedef struct rbf_seen {
+	rbf_tree measured;     /* directions of the samples; its index is its own order, as that of the next */
+	uint32_t *sample;      /* of the incidence, which each is from */
+	uint8_t *band;         /* of each: 1 where something unseen is near */
+	float share;           /* of the hemisphere that is unseen */
+	rbf_tree filled;       /* directions that were filled */
+	float *certainty;      /* of those */
+} rbf_seen;
+
+/* From the samples; their band is not set yet. Returns 0, or -1 when out of memory, as the next two. To be freed in any case. Thread-safe. */
+int rbf_seen_make(const rbf_incidence *incidence, rbf_seen *seen);
+void rbf_seen_free(rbf_seen *seen);
+
+/* Sets the band, and the share more exactly. */
+int rbf_seen_refine(rbf_seen *seen);
+
+/* Directions that were filled, in place of former ones. */
+int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], const float *certainty);
+
+/* Whether a sample would fill something: a direction outside the measured ones, be it only next to them. */
+int rbf_seen_lacks(const rbf_seen *seen, const float direction[3]);
+
+/* How much what is known at a direction may tell: 1 where it was measured, 0 where nothing is known. inner: as if what lies in the band were
+ * unseen, and nothing filled. */
+float rbf_seen_certainty(const rbf_seen *seen, const float direction[3], int inner);
+#endif

@@ -1,0 +1,354 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "unseen.h"
+#include "fit.h"
+#include "outlook.h"
+#include "trials.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const float SECOND_HAND = .25f; /* how much what was filled counts to what was measured */
+static const double GAIN = .9, WORTH = 5e-4; /* filling must lower the error in the band to this share; and by this of all light */
+enum { NONE = RBF_CARRIES, UNKNOWN };
+enum { BAND_MOST = 400 }; /* samples of the band that are tried */
+
+struct rbf_unseen {
+	const rbf_measured *measured;
+	rbf_seen *seen;          /* [measured->count] */
+	rbf_incidence *with;     /* with what was filled; its arrays are owned where they are longer */
+	rbf_choice by;           /* frames that fill, without labels */
+	int carry;               /* rbf_carry, NONE, or UNKNOWN as long as it was not tried */
+};
+
+static void forget(rbf_unseen *u, size_t b)
+{
+	if (u->with[b].count > u->measured->incidence[b].count) {
+		free(u->with[b].outgoing);
+		free(u->with[b].dsf);
+	}
+	u->with[b] = u->measured->incidence[b];
+}
+
+void rbf_unseen_end(rbf_unseen *u)
+{
+	if (!u)
+		return;
+	for (size_t b = 0; b < u->measured->count; b++) {
+		if (u->seen)
+			rbf_seen_free(&u->seen[b]);
+		if (u->with)
+			forget(u, b);
+	}
+	free(u->seen);
+	free(u->with);
+	free(u);
+}
+
+rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
+{
+	const size_t bases = measured->count;
+	rbf_unseen *u = calloc(1, sizeof *u);
+	if (!u)
+		return NULL;
+	*u = (rbf_unseen){.measured = measured, .carry = UNKNOWN};
+	u->seen = calloc(bases + 1, sizeof *u->seen);
+	u->with = malloc((bases + 1) * sizeof *u->with);
+	int failed = !u->seen || !u->with;
+	for (size_t b = 0; b < bases && u->with; b++)
+		u->with[b] = measured->incidence[b];
+	for (int refine = 0; refine < 2 && !failed && (!refine || rbf_unseen_most(u) > 0); refine++) {
+		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+		for (int64_t b = 0; b < (int64_t)bases; b++)
+			failed |= (refine ? rbf_seen_refine(&u->seen[b]) : rbf_seen_make(&measured->incidence[b], &u->seen[b])) != 0;
+	}
+	if (failed) {
+		rbf_unseen_end(u);
+		return NULL;
+	}
+	return u;
+}
+
+float rbf_unseen_most(const rbf_unseen *u)
+{
+	float most = 0;
+	for (size_t b = 0; b < u->measured->count; b++)
+		most = rbf_max(most, u->seen[b].share);
+	return most;
+}
+
+const rbf_incidence *rbf_unseen_incidence(const rbf_unseen *u, size_t base)
+{
+	return &u->with[base];
+}
+
+/* The samples outside the band. Returns 0, or -1 when out of memory. */
+static int leave_band(const rbf_seen *seen, const rbf_incidence *in, size_t channels, rbf_incidence *without)
+{
+	*without = *in;
+	without->count = 0;
+	without->outgoing = malloc((in->count + 1) * 3 * sizeof *without->outgoing);
+	without->dsf = malloc((in->count + 1) * channels * sizeof *without->dsf);
+	for (size_t i = 0; i < in->count && without->outgoing && without->dsf; i++)
+		if (!seen->band[i]) {
+			memcpy(without->outgoing + 3 * without->count, in->outgoing + 3 * (size_t)seen->sample[i], 3 * sizeof *without->outgoing);
+			memcpy(without->dsf + channels * without->count++, in->dsf + channels * seen->sample[i], channels * sizeof *without->dsf);
+		}
+	return without->outgoing && without->dsf ? 0 : -1;
+}
+
+/* Frames that may be what fills, and how they carry light. */
+typedef struct way {
+	rbf_choice choice;
+	enum rbf_carry carry;
+	rbf_sources sources;
+} way;
+enum { WAYS = 1 + RBF_MAPS_LISTED + RBF_CARRIES * RBF_MAPS_LISTED };
+
+/* As chosen so far, or one listed map for all light. Returns how many, or -1 when out of memory; to be freed in any case. */
+static int make_ways(const rbf_fitted *m, const rbf_seen *seen, const rbf_choice *chosen, way list[WAYS])
+{
+	const int plane = m->symmetry == RBF_ISOTROPIC;
+	int count = 0, failed = 0;
+	for (int n = -1; n < RBF_MAPS_LISTED && !failed; n++) {
+		const rbf_choice one = {.frames = 1, .frame = {(uint32_t)n}, .belief = chosen->belief};
+		if (n >= 0 && plane && !rbf_map_get((unsigned)n)->plane)
+			continue;
+		int turns = 0;
+		for (uint32_t f = 0; n < 0 && f < chosen->frames; f++)
+			turns |= rbf_map_get(m->candidate[chosen->frame[f]].map)->kind == RBF_KIND_TURN;
+		turns |= n >= 0 && rbf_map_get((unsigned)n)->kind == RBF_KIND_TURN;
+		for (int carry = 0; carry < (turns ? RBF_CARRIES : 1) && !failed; carry++) {
+			way *w = &list[count++];
+			*w = (way){.choice = n < 0 ? *chosen : one, .carry = (enum rbf_carry)carry};
+			w->choice.label = w->choice.base_error = NULL;
+			failed = rbf_choice_label(m, &w->choice) || rbf_sources_make(m, seen, &w->choice, &w->sources);
+		}
+	}
+	return failed ? -1 : count;
+}
+
+static void free_ways(way list[WAYS])
+{
+	for (int w = 0; w < WAYS; w++) {
+		rbf_sources_free(&list[w].sources);
+		rbf_choice_free(&list[w].choice);
+	}
+}
+
+/* Errors in the band, as a share of the incidence's light, if it were unseen: by each way, and then of a fit to the other samples alone. */
+static int try_band(const way list[], int ways, const rbf_incidence *in, uint32_t base, const float lambertian[3], uint32_t lobes, double error[WAYS + 1])
+{
+	const rbf_sources *s = &list[0].sources;
+	const rbf_seen *seen = &s->seen[base];
+	const uint32_t channels = s->fitted->channels, y = rbf_luminance(channels);
+	rbf_incidence without;
+	rbf_lobes inner = {0};
+	rbf_seen outer = {0};
+	rbf_outlook by[WAYS] = {{0}};
+	double total = 0;
+	size_t band = 0, at = 0;
+	int failed = leave_band(seen, in, channels, &without) || rbf_fit(&without, (int)channels, lambertian, lobes, 0, &inner, NULL)
+		|| rbf_seen_make(&without, &outer);
+	for (int w = 0; w < ways && !failed; w++)
+		failed = rbf_outlook_make(&list[w].sources, base, list[w].carry, &outer.measured, &inner, &by[w]);
+	for (int w = 0; w <= ways; w++)
+		error[w] = 0;
+	for (size_t i = 0; i < in->count; i++)
+		band += seen->band[i];
+	for (size_t i = 0; i < in->count && !failed; i++) {
+		const float *p = seen->measured.point[i], dsf = in->dsf[channels * (size_t)seen->sample[i] + y];
+		uint32_t index[RBF_NEAR];
+		float distance[RBF_NEAR], value[3];
+		const int found = rbf_tree_nearest(&seen->measured, p, RBF_NEAR, index, distance);
+		const double area = (double)distance[found - 1]; /* up to a common factor */
+		total += area * (double)fabsf(dsf);
+		if (!seen->band[i] || at++ % (band / BAND_MOST + 1))
+			continue;
+		for (int w = 0; w <= ways; w++) {
+			if (w == ways || !(rbf_outlook_value(&by[w], p, value) > 0))
+				rbf_lobes_sum(&inner, p, value);
+			error[w] += (double)(band / BAND_MOST + 1) * area * (double)fabsf(value[y] + lambertian[y] * p[2] * (float)(1 / RBF_PI) - dsf);
+		}
+	}
+	for (int w = 0; w <= ways && total > 0; w++)
+		error[w] /= total;
+	for (int w = 0; w < ways; w++)
+		rbf_outlook_free(&by[w]);
+	rbf_seen_free(&outer);
+	rbf_lobes_free(&inner);
+	free(without.outgoing);
+	free(without.dsf);
+	return failed;
+}
+
+static int same(const rbf_choice *a, const rbf_choice *b)
+{
+	return a->frames == b->frames && !memcmp(a->frame, b->frame, a->frames * sizeof *a->frame);
+}
+
+/* Tries at some of the incidences that lack something, by which way to fill it. */
+static int choose_way(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chosen, const float lambertian[3], const uint32_t *lobes)
+{
+	static const way none;
+	way list[WAYS] = {none};
+	double error[RBF_TRIALS_MOST][WAYS + 1], mean[WAYS + 1] = {0};
+	uint32_t *base = malloc((m->bases + 1) * sizeof *base), some = 0;
+	double *direction = malloc(3 * ((size_t)m->bases + 1) * sizeof *direction);
+	rbf_trials trials = {0};
+	for (uint32_t b = 0; b < m->bases && base && direction; b++)
+		if (u->seen[b].share > 0) {
+			memcpy(direction + 3 * (size_t)some, m->direction + 3 * (size_t)b, 3 * sizeof *direction);
+			base[some++] = b;
+		}
+	const int ways = make_ways(m, u->seen, chosen, list);
+	int failed = ways < 0 || !base || !direction || rbf_trials_make(&trials, some, direction);
+	const uint32_t count = failed ? 0 : trials.count;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (uint32_t t = 0; t < count; t++) {
+		const uint32_t b = base[rbf_trial_base(&trials, t)];
+		if (rbf_team_mine(m->team, t))
+			failed |= try_band(list, ways, &u->measured->incidence[b], b, lambertian, lobes[b], error[t]);
+	}
+	rbf_trials_free(&trials);
+	free(base);
+	free(direction);
+	failed = rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, count, sizeof *error, error);
+	int best = 0;
+	for (int w = 0; w <= ways && !failed; w++) {
+		for (uint32_t t = 0; t < count; t++)
+			mean[w] += error[t][w] / count;
+		if (w < ways && mean[w] < (same(&list[w].choice, &list[best].choice) ? 1 : GAIN) * mean[best])
+			best = w;
+	}
+	if (!failed) {
+		u->carry = (int)list[best].carry;
+		u->by = list[best].choice;
+		u->by.label = u->by.base_error = NULL;
+		if (!(mean[best] < GAIN * mean[ways]) || !(mean[best] < mean[ways] - WORTH))
+			u->carry = NONE;
+	}
+	free_ways(list);
+	return failed;
+}
+
+/* What is filled at an incidence: rows of a direction, DSF of all channels, and how certain they are. */
+typedef struct fill {
+	uint32_t count;
+	float *row;
+} fill;
+
+static size_t row_of(const rbf_fitted *m)
+{
+	return 3 + m->channels + 1;
+}
+
+static int make_fill(const rbf_sources *s, enum rbf_carry carry, uint32_t base, const float lambertian[3], fill *to)
+{
+	const rbf_fitted *m = s->fitted;
+	const size_t each = row_of(m);
+	rbf_outlook o;
+	float (*w)[3] = NULL;
+	int failed = rbf_outlook_make(s, base, carry, &s->seen[base].measured, NULL, &o) || rbf_outlook_samples(&o, &w, &to->count);
+	to->row = failed ? NULL : malloc((to->count * each + 1) * sizeof *to->row);
+	for (uint32_t i = 0; i < to->count && to->row; i++) {
+		float *row = to->row + i * each, value[3];
+		memcpy(row, w[i], sizeof *w);
+		row[each - 1] = SECOND_HAND * rbf_outlook_value(&o, w[i], value);
+		for (uint32_t c = 0; c < m->channels; c++)
+			row[3 + c] = value[c] + lambertian[c] * w[i][2] * (float)(1 / RBF_PI);
+	}
+	free(w);
+	rbf_outlook_free(&o);
+	return to->row ? 0 : -1;
+}
+
+/* All processes get what each made. */
+static int share_fills(const rbf_fitted *m, fill *made)
+{
+	const size_t each = row_of(m) * sizeof *made->row;
+	uint32_t *number = malloc((m->bases + 1) * sizeof *number);
+	uint64_t *first = calloc((size_t)m->bases + 1, sizeof *first);
+	char *row = NULL;
+	int failed = !number || !first;
+	for (uint32_t b = 0; b < m->bases && !failed; b++)
+		number[b] = made[b].count;
+	failed = failed || rbf_team_share_rows(m->team, m->bases, sizeof *number, number);
+	for (uint32_t b = 0; b < m->bases && !failed; b++)
+		first[b + 1] = first[b] + number[b] * each;
+	failed = failed || !(row = malloc(first[m->bases] + 1));
+	for (uint32_t b = 0; b < m->bases && !failed; b++)
+		if (rbf_team_mine(m->team, b) && made[b].count)
+			memcpy(row + first[b], made[b].row, made[b].count * each);
+	failed = failed || rbf_team_share(m->team, m->bases, first, row);
+	for (uint32_t b = 0; b < m->bases && !failed; b++)
+		if (!rbf_team_mine(m->team, b)) {
+			made[b] = (fill){number[b], malloc(number[b] * each + 1)};
+			failed = !made[b].row;
+			if (!failed)
+				memcpy(made[b].row, row + first[b], number[b] * each);
+		}
+	free(number);
+	free(first);
+	free(row);
+	return failed;
+}
+
+/* Puts it where others find it, and the next fit. */
+static int take(rbf_unseen *u, size_t b, const rbf_fitted *m, const fill *from)
+{
+	const rbf_incidence *in = &u->measured->incidence[b];
+	const size_t each = row_of(m), channels = m->channels, count = in->count + from->count;
+	float (*w)[3] = malloc((from->count + 1) * sizeof *w), *certainty = malloc((from->count + 1) * sizeof *certainty);
+	double *outgoing = malloc((count + 1) * 3 * sizeof *outgoing);
+	float *dsf = malloc((count + 1) * channels * sizeof *dsf);
+	int failed = !w || !certainty || !outgoing || !dsf;
+	for (uint32_t i = 0; i < from->count && !failed; i++) {
+		const float *row = from->row + i * each;
+		memcpy(w[i], row, sizeof *w);
+		certainty[i] = row[each - 1];
+		for (int a = 0; a < 3; a++)
+			outgoing[3 * (in->count + i) + (size_t)a] = (double)row[a];
+		memcpy(dsf + channels * (in->count + i), row + 3, channels * sizeof *dsf);
+	}
+	failed = failed || rbf_seen_fill(&u->seen[b], from->count, (const float (*)[3])w, certainty);
+	forget(u, b);
+	if (!failed && from->count) {
+		memcpy(outgoing, in->outgoing, 3 * in->count * sizeof *outgoing);
+		memcpy(dsf, in->dsf, channels * in->count * sizeof *dsf);
+		u->with[b].count = count;
+		u->with[b].outgoing = outgoing;
+		u->with[b].dsf = dsf;
+	} else {
+		free(outgoing);
+		free(dsf);
+	}
+	free(w);
+	free(certainty);
+	return failed;
+}
+
+int rbf_unseen_fill(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chosen, const float lambertian[3], const uint32_t *lobes, int *filled)
+{
+	rbf_sources s = {0};
+	fill *made = calloc(m->bases + 1, sizeof *made);
+	int failed = rbf_team_failed(m->team, !made);
+	if (u->carry == UNKNOWN && !failed)
+		failed = choose_way(u, m, chosen, lambertian, lobes);
+	*filled = !failed && u->carry != NONE;
+	rbf_choice by = u->by;
+	if (*filled)
+		failed = rbf_team_failed(m->team, rbf_choice_label(m, &by) || rbf_sources_make(m, u->seen, &by, &s));
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < (int64_t)m->bases; b++)
+		if (*filled && !failed && u->seen[b].share > 0 && rbf_team_mine(m->team, (uint64_t)b))
+			failed |= make_fill(&s, (enum rbf_carry)u->carry, (uint32_t)b, lambertian, &made[b]) != 0;
+	failed = rbf_team_failed(m->team, failed) || (m->team && share_fills(m, made));
+	for (uint32_t b = 0; b < m->bases && *filled && !failed; b++)
+		failed = take(u, b, m, &made[b]);
+	for (uint32_t b = 0; b < m->bases && made; b++)
+		free(made[b].row);
+	free(made);
+	rbf_sources_free(&s);
+	rbf_choice_free(&by);
+	return failed ? -1 : 0;
+}

@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Exitant directions without samples: found, and filled where the incidences around tell what is there. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "model_fixture.h"
+#include "seen.h"
+
+enum { SPIRAL = 3000 };
+
+/* An even spiral over the hemisphere, but for what is within `radius` of an axis. */
+static void look(const double axis[3], double radius, rbf_seen *seen)
+{
+	static double outgoing[SPIRAL][3];
+	rbf_incidence in = {.outgoing = outgoing[0]};
+	for (int i = 0; i < SPIRAL; i++) {
+		const double z = (i + .5) / SPIRAL, phi = 2 * RBF_PI * .6180339887 * i, s = sqrt(1 - z*z), d[3] = {s * cos(phi), s * sin(phi), z};
+		if (d[0]*axis[0] + d[1]*axis[1] + d[2]*axis[2] < cos(radius))
+			memcpy(outgoing[in.count++], d, sizeof d);
+	}
+	assert_int_equal(rbf_seen_make(&in, seen), 0);
+	assert_int_equal(rbf_seen_refine(seen), 0);
+}
+
+static void a_hole_is_found(void **state)
+{
+	(void)state;
+	const double axis[3] = {.6, 0, .8};
+	rbf_seen seen;
+	look(axis, 0, &seen);
+	assert_true(seen.share <= 0);
+	rbf_seen_free(&seen);
+	const double radius = 16 * DEGREE;
+	look(axis, radius, &seen);
+	/* what is farther from all samples than 2.5 degrees, or 1.5 times their spacing of 2.6 */
+	assert_true((double)seen.share < 1 - cos(radius - 2.5 * DEGREE));
+	assert_true((double)seen.share > 1 - cos(radius - 4.5 * DEGREE));
+	const float in[3] = {.6f, 0, .8f}, out[3] = {-.6f, 0, .8f};
+	assert_true(rbf_seen_lacks(&seen, in));
+	assert_false(rbf_seen_lacks(&seen, out));
+	assert_true(rbf_seen_certainty(&seen, in, 0) <= 0);
+	assert_true(rbf_seen_certainty(&seen, out, 1) >= 1);
+	size_t band = 0;
+	for (size_t i = 0; i < seen.measured.count; i++) {
+		const float *p = seen.measured.point[i];
+		const double angle = (double)rbf_angle(p, in) / DEGREE;
+		band += seen.band[i];
+		if (seen.band[i] && (angle > 16 + 11.6 || angle < 15.9))
+			fail_msg("a sample at %.1f degrees is not next to the hole", angle);
+	}
+	assert_true(band > 50);
+	/* what was filled tells, but not for the band */
+	const float certainty = .25f;
+	assert_int_equal(rbf_seen_fill(&seen, 1, (const float (*)[3])in, &certainty), 0);
+	assert_true(fabsf(rbf_seen_certainty(&seen, in, 0) - certainty) < 1e-6f);
+	assert_true(rbf_seen_certainty(&seen, in, 1) <= 0);
+	rbf_seen_free(&seen);
+}
+
+/* L1 beyond a polar angle, of all light, at an incidence. */
+static double error_beyond(const bsdfrbf_model *m, bsdf *f, double reach, double theta)
+{
+	double difference = 0, total = 0, in[3], truth[3];
+	polar(theta, 0, in);
+	for (int q = 0; q < 20000; q++) {
+		const double r = sqrt((q + .5) / 20000), phi = 2 * RBF_PI * .6180339887 * q, out[3] = {r * cos(phi), r * sin(phi), sqrt(1 - r*r)};
+		const float i[3] = {(float)in[0], (float)in[1], (float)in[2]}, o[3] = {(float)out[0], (float)out[1], (float)out[2]};
+		float value[3];
+		f(in, out, truth);
+		bsdfrbf_eval(m, i, o, value);
+		total += truth[0];
+		if (out[2] < cos(reach * DEGREE))
+			difference += fabs((double)value[0] - truth[0]);
+	}
+	return difference / total;
+}
+
+/* A mirrored gloss. */
+static void gloss(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + in[0], y = out[1] + in[1], z = out[2] - in[2];
+	xyz[0] = xyz[1] = xyz[2] = .01 + exp(-80 * (x*x + y*y + z*z)) / out[2];
+}
+
+static int mirrored(const double in[3], double beam[][3])
+{
+	beam[0][0] = -in[0];
+	beam[0][1] = -in[1];
+	beam[0][2] = in[2];
+	return 1;
+}
+
+/* The same, as bright as it stands out from its ground, which does not move: a beam through a fixed exit. */
+static void fixed(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + .8, z = out[2] - .6;
+	xyz[0] = xyz[1] = xyz[2] = .3 + in[2] * exp(-12 * (x*x + out[1]*out[1] + z*z));
+}
+
+/* From samples that are that many degrees above the horizon. */
+static bsdfrbf_model *build_cut(const plan *p, bsdf *f, maxima *beams, double elevation)
+{
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_data *data = fixture_data(context, f, beams, 0, 1, p);
+	assert_int_equal(bsdfrbf_data_cull(context, data, elevation, NULL), BSDFRBF_OK);
+	bsdfrbf_model *model = fixture_build_data(context, data, p->lobes, 2);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+	return model;
+}
+
+static void what_others_show_is_filled(void **state)
+{
+	(void)state;
+	static const plan p = {"gloss", 8, 1, {0, 10, 20, 30, 40, 50, 60, 70}, 0, 0, 100};
+	bsdfrbf_model *m = build_cut(&p, gloss, mirrored, 27);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	assert_true(info.filled > .25f && info.filled < .45f); /* cos 63 degrees is .454, less the reach of samples that are 5 degrees apart */
+	const double at_60 = error_beyond(m, gloss, 63, 60), at_70 = error_beyond(m, gloss, 63, 70);
+	print_message("missed beyond 63 degrees: %.3f at 60, %.3f at 70\n", at_60, at_70);
+	if (!(at_60 < .006) || !(at_70 < .01))
+		fail_msg("the beam ends with the samples");
+	bsdfrbf_close(m);
+}
+
+static void what_they_do_not_show_is_left(void **state)
+{
+	(void)state;
+	static const plan p = {"fixed", 6, 1, {0, 15, 30, 45, 60, 75}, 0, 0, 100};
+	bsdfrbf_model *m = build_cut(&p, fixed, NULL, 15);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	assert_true(info.filled <= 0);
+	bsdfrbf_close(m);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_hole_is_found),
+		cmocka_unit_test(what_others_show_is_filled),
+		cmocka_unit_test(what_they_do_not_show_is_left),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
