@@ -34,22 +34,30 @@ static float (*outward(const rbf_mesh *mesh))[3]
 	return out;
 }
 
-/* Change of ln DHR per radian outwards at a vertex; *room: ln of how much it may still grow there. out is normalised. */
+/* Change of ln DHR per radian outwards at a vertex, from two steps inwards: where it rises or falls ever more steeply, so it does there; but at most
+ * half as much again, as noise counts more in it. *room: ln of how much it may still grow there. out is normalised. */
 static double slope_at(const bsdfrbf_model *model, int component, const float vertex[3], float out[3], double step, double *room)
 {
-	float inside[3];
-	double total, total_inside;
+	double total, change[2], dhr[3];
 	const float along = rbf_dot(out, vertex);
 	*room = 0;
 	for (int n = 0; n < 3; n++)
 		out[n] -= along * vertex[n];
 	if (!(step > 0) || !(rbf_normalize(out) > 0))
 		return 0;
-	for (int n = 0; n < 3; n++)
-		inside[n] = (float)(cos(step) * (double)vertex[n] - sin(step) * (double)out[n]);
-	const double here = dhr_at(model, component, vertex, &total), before = dhr_at(model, component, inside, &total_inside);
+	for (int s = 2; s >= 0; s--) { /* the vertex itself last */
+		float inside[3];
+		for (int n = 0; n < 3; n++)
+			inside[n] = (float)(cos(s * step) * (double)vertex[n] - sin(s * step) * (double)out[n]);
+		dhr[s] = dhr_at(model, component, inside, &total);
+	}
 	*room = total > 0 && total < 1 ? -log(total) : 0;
-	return here > 0 && before > 0 ? log(here / before) / step : 0;
+	if (!(dhr[0] > 0) || !(dhr[1] > 0))
+		return 0;
+	for (int s = 0; s < 2; s++)
+		change[s] = dhr[s + 1] > 0 ? log(dhr[s] / dhr[s + 1]) / step : change[0];
+	const double bend = .5 * (change[0] - change[1]), most = .5 * fabs(change[0]);
+	return change[0] + fmin(fmax(bend, -most), most);
 }
 
 /* How far inside a border the trend is seen from: the last interval of a chain, the mean side of triangles. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * How DHR goes on beyond the last measured incidences. Nothing is known there but what was measured last: the change of ln DHR across
- * the last spacing of the mesh goes on, ever slower up to the horizon, and stops short of more light than arrives.
+ * the last two spacings of the mesh goes on, ever slower up to the horizon, and stops short of more light than arrives.
  */
 #ifndef RBF_TREND_H
 #define RBF_TREND_H

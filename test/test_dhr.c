@@ -197,9 +197,33 @@ static void goes_on_outside(void **state)
 	}
 }
 
+/* Sinks ever more steeply towards grazing incidence. */
+static double sinking_dhr(double theta_deg)
+{
+	return 1 - .8 * pow(sin(theta_deg * DEGREE), 6);
+}
+
+static void sinking(const double in[3], const double out[3], double xyz[3])
+{
+	xyz[0] = xyz[1] = xyz[2] = sinking_dhr(acos(in[2]) / DEGREE) * 1.5 / RBF_PI * out[2];
+}
+
+/* What falls ever faster goes on so: with the slope of the last step alone it is 10 % too much. */
+static void bends_outside(void **state)
+{
+	(void)state;
+	static const plan p = {"sinking", 10, 1, {0, 8, 16, 24, 32, 40, 48, 56, 64, 72}, 0, 0, 100};
+	bsdfrbf_model *m = fixture_build_of(&p, sinking, NULL, 0, 1);
+	const double is = dhr_of(m, 0, 77, 0), truth = sinking_dhr(77);
+	print_message("DHR 5 degrees outside: %.4f, truth %.4f\n", is, truth);
+	assert_float_equal(is / truth, 1, .08);
+	bsdfrbf_close(m);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(bends_outside),
 		cmocka_unit_test(quadrature_agrees),
 		cmocka_unit_test(end_agrees),
 		cmocka_unit_test(swapped_agrees),
