@@ -25,7 +25,6 @@ static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
-static const float UNSEEN_LEAST = .0075f; /* of the hemisphere: a hole of 7 degrees; less is left to the fits */
 enum { FILL_ROUNDS = 2 };
 
 void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
@@ -326,7 +325,7 @@ static bsdfrbf_status fill_unseen(bsdfrbf_context *context, job *j, rbf_componen
 		return BSDFRBF_OK;
 	rbf_unseen *unseen = rbf_unseen_begin(&j->measured);
 	const float most = unseen ? rbf_unseen_most(unseen) : 0;
-	int failed = rbf_team_failed(m->team, !unseen), more = !failed && most > UNSEEN_LEAST;
+	int failed = rbf_team_failed(m->team, !unseen), more = !failed && most > 0;
 	for (int round = 0; round < FILL_ROUNDS && more && !failed; round++) {
 		failed = rbf_unseen_fill(unseen, m, &j->choice, c->lambertian, j->lobes, &more);
 		if (failed || !more)

@@ -19,15 +19,21 @@ static void lattice(int n, int of, float q[3])
 	q[2] = (float)z;
 }
 
+/* The gap around a point of a tree; known: of all that are asked for often, the others are negative; or NULL. */
+static float gap_at(const rbf_tree *tree, const float *known, uint32_t place)
+{
+	return known && known[place] >= 0 ? known[place] : rbf_tree_gap(tree, tree->point[place]);
+}
+
 /* The place in the tree of the point that stands for direction q; -1: there is none. */
-static ptrdiff_t place_of(const rbf_tree *tree, const float q[3])
+static ptrdiff_t place_of(const rbf_tree *tree, const float *known, const float q[3])
 {
 	uint32_t place;
 	float distance, reach = REACH_LEAST;
 	if (!rbf_tree_nearest(tree, q, 1, &place, &distance))
 		return -1;
 	if (distance > reach * reach)
-		reach = rbf_tree_gap(tree, tree->point[place]);
+		reach = gap_at(tree, known, place);
 	return distance <= reach * reach ? (ptrdiff_t)place : -1;
 }
 
@@ -59,7 +65,7 @@ int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 	free(w);
 	for (int n = 0; n < COARSE && !failed; n++) {
 		lattice(n, COARSE, q);
-		unseen += place_of(&seen->measured, q) < 0;
+		unseen += place_of(&seen->measured, NULL, q) < 0;
 	}
 	seen->share = (float)unseen / COARSE;
 	return failed ? -1 : 0;
@@ -72,18 +78,19 @@ int rbf_seen_refine(rbf_seen *seen)
 	uint32_t count = 0;
 	for (int n = 0; n < FINE && unseen; n++) {
 		lattice(n, FINE, q);
-		if (place_of(&seen->measured, q) < 0)
+		if (place_of(&seen->measured, NULL, q) < 0)
 			memcpy(unseen[count++], q, sizeof q);
 	}
 	seen->share = (float)count / FINE;
-	free(seen->band);
 	seen->band = calloc(seen->measured.count + 1, 1);
-	const int failed = !unseen || !seen->band || rbf_tree_build(&tree, count, (const float (*)[3])unseen);
-	for (size_t i = 0; i < seen->measured.count && count && !failed; i++) {
+	seen->gap = malloc((seen->measured.count + 1) * sizeof *seen->gap);
+	const int failed = !unseen || !seen->band || !seen->gap || rbf_tree_build(&tree, count, (const float (*)[3])unseen);
+	for (size_t i = 0; i < seen->measured.count && !failed; i++) {
 		uint32_t nearest;
-		float distance;
-		rbf_tree_nearest(&tree, seen->measured.point[i], 1, &nearest, &distance);
-		seen->band[i] = distance < BAND * BAND;
+		float far = INFINITY;
+		rbf_tree_nearest(&tree, seen->measured.point[i], 1, &nearest, &far);
+		seen->band[i] = far < BAND * BAND;
+		seen->gap[i] = seen->band[i] ? rbf_tree_gap(&seen->measured, seen->measured.point[i]) : -1;
 	}
 	rbf_tree_free(&tree);
 	free(unseen);
@@ -96,6 +103,7 @@ void rbf_seen_free(rbf_seen *seen)
 	rbf_tree_free(&seen->filled);
 	free(seen->sample);
 	free(seen->band);
+	free(seen->gap);
 	free(seen->certainty);
 	memset(seen, 0, sizeof *seen);
 }
@@ -118,15 +126,15 @@ int rbf_seen_lacks(const rbf_seen *seen, const float direction[3])
 	float distance;
 	if (!rbf_tree_nearest(&seen->measured, direction, 1, &place, &distance))
 		return 1;
-	const float gap = rbf_tree_gap(&seen->measured, seen->measured.point[place]);
-	return seen->band[place] && distance > INSIDE * INSIDE * gap * gap;
+	const float gap = seen->band[place] ? seen->gap[place] : INFINITY;
+	return distance > INSIDE * INSIDE * gap * gap;
 }
 
 float rbf_seen_certainty(const rbf_seen *seen, const float direction[3], int inner)
 {
-	const ptrdiff_t own = place_of(&seen->measured, direction);
+	const ptrdiff_t own = place_of(&seen->measured, seen->gap, direction);
 	if (own >= 0)
 		return !inner || !seen->band[own];
-	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, direction);
+	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, NULL, direction);
 	return filled >= 0 ? seen->certainty[filled] : 0;
 }

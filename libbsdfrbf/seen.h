@@ -10,6 +10,7 @@ typedef struct rbf_seen {
 	rbf_tree measured;     /* directions of the samples; its index is its own order, as that of the next */
 	uint32_t *sample;      /* of the incidence, which each is from */
 	uint8_t *band;         /* of each: 1 where something unseen is near */
+	float *gap;            /* of those in the band, as rbf_tree_gap(); else negative */
 	float share;           /* of the hemisphere that is unseen */
 	rbf_tree filled;       /* directions that were filled */
 	float *certainty;      /* of those */
@@ -19,7 +20,7 @@ typedef struct rbf_seen {
 int rbf_seen_make(const rbf_incidence *incidence, rbf_seen *seen);
 void rbf_seen_free(rbf_seen *seen);
 
-/* Sets the band, and the share more exactly. */
+/* Sets the band, once, and the share more exactly. */
 int rbf_seen_refine(rbf_seen *seen);
 
 /* Directions that were filled, in place of former ones. */

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const float LEAST = .0075f;      /* of the hemisphere: a hole of 7 degrees; less is left to the fits */
 static const float SECOND_HAND = .25f; /* how much what was filled counts to what was measured */
 static const double GAIN = .9, WORTH = 5e-4; /* filling must lower the error in the band to this share; and by this of all light */
 enum { NONE = RBF_CARRIES, UNKNOWN };
@@ -44,6 +45,14 @@ void rbf_unseen_end(rbf_unseen *u)
 	free(u);
 }
 
+static float largest(const rbf_unseen *u)
+{
+	float most = 0;
+	for (size_t b = 0; b < u->measured->count; b++)
+		most = rbf_max(most, u->seen[b].share);
+	return most;
+}
+
 rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
 {
 	const size_t bases = measured->count;
@@ -56,7 +65,7 @@ rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
 	int failed = !u->seen || !u->with;
 	for (size_t b = 0; b < bases && u->with; b++)
 		u->with[b] = measured->incidence[b];
-	for (int refine = 0; refine < 2 && !failed && (!refine || rbf_unseen_most(u) > 0); refine++) {
+	for (int refine = 0; refine < 2 && !failed && (!refine || largest(u) > .5f * LEAST); refine++) {
 		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 		for (int64_t b = 0; b < (int64_t)bases; b++)
 			failed |= (refine ? rbf_seen_refine(&u->seen[b]) : rbf_seen_make(&measured->incidence[b], &u->seen[b])) != 0;
@@ -70,10 +79,8 @@ rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
 
 float rbf_unseen_most(const rbf_unseen *u)
 {
-	float most = 0;
-	for (size_t b = 0; b < u->measured->count; b++)
-		most = rbf_max(most, u->seen[b].share);
-	return most;
+	const float most = largest(u);
+	return most > LEAST ? most : 0;
 }
 
 const rbf_incidence *rbf_unseen_incidence(const rbf_unseen *u, size_t base)

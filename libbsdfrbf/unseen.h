@@ -14,7 +14,7 @@ typedef struct rbf_unseen rbf_unseen;
 rbf_unseen *rbf_unseen_begin(const rbf_measured *measured);
 void rbf_unseen_end(rbf_unseen *unseen);
 
-/* The largest share of the hemisphere that an incidence was not measured in; 0: all were measured everywhere. */
+/* The largest share of the hemisphere that an incidence was not measured in; 0: what is missing is too little to be filled. */
 float rbf_unseen_most(const rbf_unseen *unseen);
 
 /* Fills from fits and labels so far, in place of what was filled before: the next time it comes farther. Sets *filled; 0: it would not help.
