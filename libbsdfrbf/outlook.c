@@ -7,6 +7,7 @@
 enum { BESIDE = 24, MOST = 2000 };   /* samples that are compared with; that are brought to an incidence */
 static const float RATIO_MOST = 4;
 static const float Z_LEAST = .01f;
+static const float SAME = 1e-6f;     /* of a cosine: 0.08 degrees */
 static const float NEAR_LEAST = 1e-6f; /* square of a distance between incidences */
 
 int rbf_sources_make(const rbf_fitted *m, const rbf_seen *seen, const rbf_choice *choice, rbf_sources *s)
@@ -33,6 +34,23 @@ void rbf_outlook_free(rbf_outlook *o)
 	memset(o, 0, sizeof *o);
 }
 
+enum { IMAGES = 4 };
+
+/* What mirrors leave where it is: an incidence in their plane. */
+static uint32_t own_images(const rbf_fitted *m, uint32_t base, const float i[3], rbf_vertex image[IMAGES])
+{
+	int op[4] = {RBF_OP_NONE, RBF_OP_Y};
+	const int ops = m->symmetry == RBF_ISOTROPIC ? 2 : rbf_symmetry_ops(m->symmetry, op);
+	uint32_t count = 0;
+	for (int n = 0; n < ops; n++) {
+		float to[3];
+		rbf_mirror((unsigned)op[n], i, to);
+		if (op[n] != RBF_OP_NONE && rbf_dot(i, to) > 1 - SAME)
+			image[count++] = (rbf_vertex){.direction = {i[0], i[1], i[2]}, .base = base, .op = (uint32_t)op[n]};
+	}
+	return count;
+}
+
 int rbf_outlook_make(const rbf_sources *s, uint32_t base, enum rbf_carry carry, const rbf_tree *beside, const rbf_lobes *inner, rbf_outlook *o)
 {
 	const rbf_fitted *m = s->fitted;
@@ -40,15 +58,18 @@ int rbf_outlook_make(const rbf_sources *s, uint32_t base, enum rbf_carry carry, 
 	const float i[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
 	*o = (rbf_outlook){.of = s, .base = base, .around = m->neighbour_first[base + 1] - first, .carry = carry, .inner = inner, .beside = beside};
 	o->compared = malloc((2 * beside->count + 1) * sizeof *o->compared);
-	o->neighbour = malloc((o->around + 1) * sizeof *o->neighbour);
-	o->near = malloc((o->around + 1) * sizeof *o->near);
-	o->warp = malloc(((size_t)o->around * s->frames + 1) * sizeof *o->warp);
+	o->neighbour = malloc((o->around + IMAGES) * sizeof *o->neighbour);
+	o->near = malloc((o->around + IMAGES) * sizeof *o->near);
+	o->warp = malloc(((size_t)o->around + IMAGES) * (s->frames + 1) * sizeof *o->warp);
 	if (!o->compared || !o->neighbour || !o->near || !o->warp)
 		return -1;
+	for (uint32_t n = 0; n < o->around; n++)
+		o->neighbour[n] = m->mesh.vertex[m->neighbour[first + n]];
+	o->around += own_images(m, base, i, o->neighbour + o->around);
 	for (size_t n = 0; n < 2 * beside->count; n++)
 		o->compared[n] = -1;
 	for (uint32_t n = 0; n < o->around; n++) {
-		const rbf_vertex *k = o->neighbour[n] = &m->mesh.vertex[m->neighbour[first + n]];
+		const rbf_vertex *k = &o->neighbour[n];
 		const float e[3] = {k->direction[0] - i[0], k->direction[1] - i[1], k->direction[2] - i[2]};
 		o->near[n] = 1 / rbf_max(rbf_dot(e, e), NEAR_LEAST);
 		for (uint32_t f = 0; f < s->frames; f++) {
@@ -69,8 +90,8 @@ static float told(const rbf_outlook *o, uint32_t f, uint32_t n, const float p[3]
 		return 0;
 	if (o->carry == RBF_CARRY_F && w->kind == RBF_KIND_TURN)
 		*gain *= p[2] / mapped[2];
-	rbf_mirror(o->neighbour[n]->op, mapped, there);
-	return o->near[n] * rbf_seen_certainty(&o->of->seen[o->neighbour[n]->base], there, o->inner != NULL);
+	rbf_mirror(o->neighbour[n].op, mapped, there);
+	return o->near[n] * rbf_seen_certainty(&o->of->seen[o->neighbour[n].base], there, o->inner != NULL);
 }
 
 /* What the incidence's own fit has of a frame. */
@@ -100,7 +121,7 @@ static float predict(const rbf_outlook *o, const float p[3], float value[3])
 			const float w = told(o, f, n, p, there, &gain);
 			if (!(w > 0))
 				continue;
-			rbf_lobes_sum(&s->part[f][o->neighbour[n]->base], there, one);
+			rbf_lobes_sum(&s->part[f][o->neighbour[n].base], there, one);
 			for (uint32_t c = 0; c < channels; c++)
 				sum[c] += w * gain * one[c];
 			weight += w;
@@ -167,7 +188,7 @@ static uint32_t bring(const rbf_outlook *o, uint32_t f, uint32_t n, const rbf_tr
 	uint32_t count = 0;
 	for (size_t i = 0; i < from->count; i++) {
 		float q[3], p[3];
-		rbf_mirror(o->neighbour[n]->op, from->point[i], q);
+		rbf_mirror(o->neighbour[n].op, from->point[i], q);
 		if (rbf_warp_inverse(&o->warp[f * o->around + n], q, p) > 0 && p[2] > Z_LEAST && rbf_normalize(p) > 0
 				&& rbf_seen_lacks(&o->of->seen[o->base], p) && tells_most(o, f, n, p))
 			memcpy(to[count++], p, sizeof p);
@@ -180,14 +201,14 @@ int rbf_outlook_samples(const rbf_outlook *o, float (**direction)[3], uint32_t *
 	const rbf_sources *s = o->of;
 	size_t room = 0;
 	for (uint32_t n = 0; n < o->around; n++) {
-		const rbf_seen *from = &s->seen[o->neighbour[n]->base];
+		const rbf_seen *from = &s->seen[o->neighbour[n].base];
 		room += from->measured.count + from->filled.count;
 	}
 	float (*w)[3] = *direction = malloc((room * s->frames + 1) * sizeof *w);
 	*count = 0;
 	for (uint32_t f = 0; f < s->frames && w; f++)
 		for (uint32_t n = 0; n < o->around; n++) {
-			const rbf_seen *from = &s->seen[o->neighbour[n]->base];
+			const rbf_seen *from = &s->seen[o->neighbour[n].base];
 			*count += bring(o, f, n, &from->measured, w + *count);
 			*count += bring(o, f, n, &from->filled, w + *count);
 		}

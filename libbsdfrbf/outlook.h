@@ -29,7 +29,7 @@ typedef struct rbf_outlook {
 	const rbf_lobes *inner;          /* a fit without the samples in the band, as if the band were unseen at all incidences; NULL: it is seen */
 	const rbf_tree *beside;          /* samples that it may be compared with */
 	float *compared;                 /* [beside->count][2]: what it is there, and what is predicted; -1: not asked yet */
-	const rbf_vertex **neighbour;
+	rbf_vertex *neighbour;           /* in the mesh; and the incidence's own images where symmetry has them in the same place */
 	float *near;                     /* by how much each counts */
 	rbf_warp *warp;                  /* [frames][around] */
 } rbf_outlook;

@@ -19,21 +19,15 @@ static void lattice(int n, int of, float q[3])
 	q[2] = (float)z;
 }
 
-/* The gap around a point of a tree; known: of all that are asked for often, the others are negative; or NULL. */
-static float gap_at(const rbf_tree *tree, const float *known, uint32_t place)
-{
-	return known && known[place] >= 0 ? known[place] : rbf_tree_gap(tree, tree->point[place]);
-}
-
 /* The place in the tree of the point that stands for direction q; -1: there is none. */
-static ptrdiff_t place_of(const rbf_tree *tree, const float *known, const float q[3])
+static ptrdiff_t place_of(const rbf_tree *tree, const float q[3])
 {
 	uint32_t place;
 	float distance, reach = REACH_LEAST;
 	if (!rbf_tree_nearest(tree, q, 1, &place, &distance))
 		return -1;
 	if (distance > reach * reach)
-		reach = gap_at(tree, known, place);
+		reach = rbf_tree_gap(tree, tree->point[place]);
 	return distance <= reach * reach ? (ptrdiff_t)place : -1;
 }
 
@@ -65,7 +59,7 @@ int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 	free(w);
 	for (int n = 0; n < COARSE && !failed; n++) {
 		lattice(n, COARSE, q);
-		unseen += place_of(&seen->measured, NULL, q) < 0;
+		unseen += place_of(&seen->measured, q) < 0;
 	}
 	seen->share = (float)unseen / COARSE;
 	return failed ? -1 : 0;
@@ -78,7 +72,7 @@ int rbf_seen_refine(rbf_seen *seen)
 	uint32_t count = 0;
 	for (int n = 0; n < FINE && unseen; n++) {
 		lattice(n, FINE, q);
-		if (place_of(&seen->measured, NULL, q) < 0)
+		if (place_of(&seen->measured, q) < 0)
 			memcpy(unseen[count++], q, sizeof q);
 	}
 	seen->share = (float)count / FINE;
@@ -120,21 +114,27 @@ int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], c
 	return from && seen->certainty ? 0 : -1;
 }
 
-int rbf_seen_lacks(const rbf_seen *seen, const float direction[3])
+/* The sample that tells of a direction, -1: none. Next to what is unseen it does so only as far as among others. */
+static ptrdiff_t sample_at(const rbf_seen *seen, const float direction[3])
 {
 	uint32_t place;
 	float distance;
 	if (!rbf_tree_nearest(&seen->measured, direction, 1, &place, &distance))
-		return 1;
-	const float gap = seen->band[place] ? seen->gap[place] : INFINITY;
-	return distance > INSIDE * INSIDE * gap * gap;
+		return -1;
+	const float reach = seen->band[place] ? INSIDE * seen->gap[place] : INFINITY;
+	return distance <= reach * reach ? (ptrdiff_t)place : -1;
+}
+
+int rbf_seen_lacks(const rbf_seen *seen, const float direction[3])
+{
+	return sample_at(seen, direction) < 0;
 }
 
 float rbf_seen_certainty(const rbf_seen *seen, const float direction[3], int inner)
 {
-	const ptrdiff_t own = place_of(&seen->measured, seen->gap, direction);
+	const ptrdiff_t own = sample_at(seen, direction);
 	if (own >= 0)
 		return !inner || !seen->band[own];
-	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, NULL, direction);
+	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, direction);
 	return filled >= 0 ? seen->certainty[filled] : 0;
 }
