@@ -316,8 +316,8 @@ static int fit_filled(const rbf_unseen *unseen, const float lambertian[3], job *
 	return rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, m->bases, m->channels, m->lobes);
 }
 
-/* Fills what was not measured (unseen.h), fits again, and labels again as before, which tells what is still farther; in the end frames are
- * to be chosen anew. Sets c->filled. */
+/* Fills what was not measured (unseen.h) and fits again, which tells what is still farther; in the end frames are to be chosen anew. Sets
+ * c->filled. */
 static bsdfrbf_status fill_unseen(bsdfrbf_context *context, job *j, rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float LEAST = .0075f;      /* of the hemisphere: a hole of 7 degrees; less is left to the fits */
+static const float LEAST = .0075f;     /* of the hemisphere: a hole of 7 degrees; less is left to the fits */
 static const float SECOND_HAND = .25f; /* how much what was filled counts to what was measured */
 static const double GAIN = .9, WORTH = 5e-4; /* filling must lower the error in the band to this share; and by this of all light */
 enum { NONE = RBF_CARRIES, UNKNOWN };
@@ -103,47 +103,57 @@ static int leave_band(const rbf_seen *seen, const rbf_incidence *in, size_t chan
 	return without->outgoing && without->dsf ? 0 : -1;
 }
 
-/* Frames that may be what fills, and how they carry light. */
-typedef struct way {
+/* Frames that may be what fills, and how they may carry light. */
+typedef struct filler {
 	rbf_choice choice;
-	enum rbf_carry carry;
 	rbf_sources sources;
-} way;
-enum { WAYS = 1 + RBF_MAPS_LISTED + RBF_CARRIES * RBF_MAPS_LISTED };
+	int carries;             /* ways: the first so many of rbf_carry */
+} filler;
+enum { FILLERS = 1 + RBF_MAPS_LISTED, WAYS = FILLERS * RBF_CARRIES };
 
-/* As chosen so far, or one listed map for all light. Returns how many, or -1 when out of memory; to be freed in any case. */
-static int make_ways(const rbf_fitted *m, const rbf_seen *seen, const rbf_choice *chosen, way list[WAYS])
+static int has_turn(const rbf_fitted *m, const rbf_choice *choice)
+{
+	int turns = 0;
+	for (uint32_t f = 0; f < choice->frames; f++)
+		turns |= rbf_map_get(m->candidate[choice->frame[f]].map)->kind == RBF_KIND_TURN;
+	return turns;
+}
+
+static int is_way(const filler list[], int way)
+{
+	return way % RBF_CARRIES < list[way / RBF_CARRIES].carries;
+}
+
+/* As chosen so far, or one listed map for all light. Those that are not there have no ways. Returns 0, or -1 when out of
+ * memory; to be freed in any case. */
+static int make_fillers(const rbf_fitted *m, const rbf_seen *seen, const rbf_choice *chosen, filler list[FILLERS])
 {
 	const int plane = m->symmetry == RBF_ISOTROPIC;
-	int count = 0, failed = 0;
-	for (int n = -1; n < RBF_MAPS_LISTED && !failed; n++) {
-		const rbf_choice one = {.frames = 1, .frame = {(uint32_t)n}, .belief = chosen->belief};
+	int count = 0;
+	for (int n = -1; n < RBF_MAPS_LISTED; n++) {
 		if (n >= 0 && plane && !rbf_map_get((unsigned)n)->plane)
 			continue;
-		int turns = 0;
-		for (uint32_t f = 0; n < 0 && f < chosen->frames; f++)
-			turns |= rbf_map_get(m->candidate[chosen->frame[f]].map)->kind == RBF_KIND_TURN;
-		turns |= n >= 0 && rbf_map_get((unsigned)n)->kind == RBF_KIND_TURN;
-		for (int carry = 0; carry < (turns ? RBF_CARRIES : 1) && !failed; carry++) {
-			way *w = &list[count++];
-			*w = (way){.choice = n < 0 ? *chosen : one, .carry = (enum rbf_carry)carry};
-			w->choice.label = w->choice.base_error = NULL;
-			failed = rbf_choice_label(m, &w->choice) || rbf_sources_make(m, seen, &w->choice, &w->sources);
-		}
+		filler *to = &list[count++];
+		to->choice = n < 0 ? *chosen : (rbf_choice){.frames = 1, .frame = {(uint32_t)n}, .belief = chosen->belief};
+		to->carries = has_turn(m, &to->choice) ? RBF_CARRIES : 1;
+		if ((n >= 0 && rbf_choice_label(m, &to->choice)) || rbf_sources_make(m, seen, &to->choice, &to->sources))
+			return -1;
 	}
-	return failed ? -1 : count;
+	return 0;
 }
 
-static void free_ways(way list[WAYS])
+static void free_fillers(filler list[FILLERS])
 {
-	for (int w = 0; w < WAYS; w++) {
-		rbf_sources_free(&list[w].sources);
-		rbf_choice_free(&list[w].choice);
+	for (int n = 0; n < FILLERS; n++) {
+		rbf_sources_free(&list[n].sources);
+		if (n) /* the first one's labels are borrowed */
+			rbf_choice_free(&list[n].choice);
 	}
 }
 
-/* Errors in the band, as a share of the incidence's light, if it were unseen: by each way, and then of a fit to the other samples alone. */
-static int try_band(const way list[], int ways, const rbf_incidence *in, uint32_t base, const float lambertian[3], uint32_t lobes, double error[WAYS + 1])
+/* Errors in the band, as a share of the incidence's light, if it were unseen: by each way, filler * RBF_CARRIES + carry, and then of a fit to the
+ * other samples alone. */
+static int try_band(const filler list[], const rbf_incidence *in, uint32_t base, const float lambertian[3], uint32_t lobes, double error[WAYS + 1])
 {
 	const rbf_sources *s = &list[0].sources;
 	const rbf_seen *seen = &s->seen[base];
@@ -156,9 +166,10 @@ static int try_band(const way list[], int ways, const rbf_incidence *in, uint32_
 	size_t band = 0, at = 0;
 	int failed = leave_band(seen, in, channels, &without) || rbf_fit(&without, (int)channels, lambertian, lobes, 0, &inner, NULL)
 		|| rbf_seen_make(&without, &outer);
-	for (int w = 0; w < ways && !failed; w++)
-		failed = rbf_outlook_make(&list[w].sources, base, list[w].carry, &outer.measured, &inner, &by[w]);
-	for (int w = 0; w <= ways; w++)
+	for (int w = 0; w < WAYS && !failed; w++)
+		if (is_way(list, w))
+			failed = rbf_outlook_make(&list[w / RBF_CARRIES].sources, base, (enum rbf_carry)(w % RBF_CARRIES), &outer.measured, &inner, &by[w]);
+	for (int w = 0; w <= WAYS; w++)
 		error[w] = 0;
 	for (size_t i = 0; i < in->count; i++)
 		band += seen->band[i];
@@ -171,15 +182,17 @@ static int try_band(const way list[], int ways, const rbf_incidence *in, uint32_
 		total += area * (double)fabsf(dsf);
 		if (!seen->band[i] || at++ % (band / BAND_MOST + 1))
 			continue;
-		for (int w = 0; w <= ways; w++) {
-			if (w == ways || !(rbf_outlook_value(&by[w], p, value) > 0))
+		for (int w = 0; w <= WAYS; w++) {
+			if (w < WAYS && !is_way(list, w))
+				continue;
+			if (w == WAYS || !(rbf_outlook_value(&by[w], p, value) > 0))
 				rbf_lobes_sum(&inner, p, value);
 			error[w] += (double)(band / BAND_MOST + 1) * area * (double)fabsf(value[y] + lambertian[y] * p[2] * (float)(1 / RBF_PI) - dsf);
 		}
 	}
-	for (int w = 0; w <= ways && total > 0; w++)
+	for (int w = 0; w <= WAYS && total > 0; w++)
 		error[w] /= total;
-	for (int w = 0; w < ways; w++)
+	for (int w = 0; w < WAYS; w++)
 		rbf_outlook_free(&by[w]);
 	rbf_seen_free(&outer);
 	rbf_lobes_free(&inner);
@@ -188,16 +201,11 @@ static int try_band(const way list[], int ways, const rbf_incidence *in, uint32_
 	return failed;
 }
 
-static int same(const rbf_choice *a, const rbf_choice *b)
-{
-	return a->frames == b->frames && !memcmp(a->frame, b->frame, a->frames * sizeof *a->frame);
-}
-
 /* Tries at some of the incidences that lack something, by which way to fill it. */
 static int choose_way(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chosen, const float lambertian[3], const uint32_t *lobes)
 {
-	static const way none;
-	way list[WAYS] = {none};
+	static const filler none;
+	filler list[FILLERS] = {none};
 	double error[RBF_TRIALS_MOST][WAYS + 1], mean[WAYS + 1] = {0};
 	uint32_t *base = malloc((m->bases + 1) * sizeof *base), some = 0;
 	double *direction = malloc(3 * ((size_t)m->bases + 1) * sizeof *direction);
@@ -207,34 +215,33 @@ static int choose_way(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chos
 			memcpy(direction + 3 * (size_t)some, m->direction + 3 * (size_t)b, 3 * sizeof *direction);
 			base[some++] = b;
 		}
-	const int ways = make_ways(m, u->seen, chosen, list);
-	int failed = ways < 0 || !base || !direction || rbf_trials_make(&trials, some, direction);
+	int failed = make_fillers(m, u->seen, chosen, list) || !base || !direction || rbf_trials_make(&trials, some, direction);
 	const uint32_t count = failed ? 0 : trials.count;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (uint32_t t = 0; t < count; t++) {
 		const uint32_t b = base[rbf_trial_base(&trials, t)];
 		if (rbf_team_mine(m->team, t))
-			failed |= try_band(list, ways, &u->measured->incidence[b], b, lambertian, lobes[b], error[t]);
+			failed |= try_band(list, &u->measured->incidence[b], b, lambertian, lobes[b], error[t]);
 	}
 	rbf_trials_free(&trials);
 	free(base);
 	free(direction);
 	failed = rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, count, sizeof *error, error);
 	int best = 0;
-	for (int w = 0; w <= ways && !failed; w++) {
+	for (int w = 0; w <= WAYS && !failed; w++)
 		for (uint32_t t = 0; t < count; t++)
 			mean[w] += error[t][w] / count;
-		if (w < ways && mean[w] < (same(&list[w].choice, &list[best].choice) ? 1 : GAIN) * mean[best])
+	for (int w = 0; w < WAYS && !failed; w++)
+		if (is_way(list, w) && mean[w] < (w / RBF_CARRIES == best / RBF_CARRIES ? 1 : GAIN) * mean[best])
 			best = w;
-	}
 	if (!failed) {
-		u->carry = (int)list[best].carry;
-		u->by = list[best].choice;
+		u->carry = best % RBF_CARRIES;
+		u->by = list[best / RBF_CARRIES].choice;
 		u->by.label = u->by.base_error = NULL;
-		if (!(mean[best] < GAIN * mean[ways]) || !(mean[best] < mean[ways] - WORTH))
+		if (!(mean[best] < GAIN * mean[WAYS]) || !(mean[best] < mean[WAYS] - WORTH))
 			u->carry = NONE;
 	}
-	free_ways(list);
+	free_fillers(list);
 	return failed;
 }
 
@@ -345,9 +352,10 @@ int rbf_unseen_fill(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chosen
 	rbf_choice by = u->by;
 	if (*filled)
 		failed = rbf_team_failed(m->team, rbf_choice_label(m, &by) || rbf_sources_make(m, u->seen, &by, &s));
+	const int ready = *filled && !failed; /* each thread counts its own failures */
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < (int64_t)m->bases; b++)
-		if (*filled && !failed && u->seen[b].share > 0 && rbf_team_mine(m->team, (uint64_t)b))
+		if (ready && u->seen[b].share > 0 && rbf_team_mine(m->team, (uint64_t)b))
 			failed |= make_fill(&s, (enum rbf_carry)u->carry, (uint32_t)b, lambertian, &made[b]) != 0;
 	failed = rbf_team_failed(m->team, failed) || (m->team && share_fills(m, made));
 	for (uint32_t b = 0; b < m->bases && *filled && !failed; b++)

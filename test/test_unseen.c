@@ -37,7 +37,7 @@ static void a_hole_is_found(void **state)
 	rbf_seen_free(&seen);
 	const double radius = 16 * DEGREE;
 	look(axis, radius, &seen);
-	/* what is farther from all samples than 2.5 degrees, or 1.5 times their spacing of 2.6 */
+	/* what is farther from all samples than 2.5 degrees, or than they are from each other along the widest axis, on a spiral up to 4.5 */
 	assert_true((double)seen.share < 1 - cos(radius - 2.5 * DEGREE));
 	assert_true((double)seen.share > 1 - cos(radius - 4.5 * DEGREE));
 	const float in[3] = {.6f, 0, .8f}, out[3] = {-.6f, 0, .8f};
