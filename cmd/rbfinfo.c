@@ -117,6 +117,12 @@ static void print_component(const bsdfrbf_model *model, bsdfrbf_component compon
 			printf("    beam of %s: x %+.3f ix %+.3f iy %+.3f iz %+.3f, y %+.3f ix %+.3f iy %+.3f iz %+.3f\n", info.frame_name[f],
 				x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3]);
 	}
+	int limits = 0;
+	for (int f = 0; f < info.frames; f++)
+		if (info.frame_limit[f] > 0)
+			printf("%s %g of %s", limits++ ? "," : "    shares: at most", (double)info.frame_limit[f], info.frame_name[f]);
+	if (limits)
+		putchar('\n');
 	if (info.filled > 0)
 		printf("    not measured: up to %.1f %% of the exitant hemisphere; filled from the incidences around\n", 100 * info.filled);
 	if (info.even > 0)

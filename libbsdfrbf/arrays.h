@@ -15,13 +15,14 @@
 #define RBF_NUMBERS(X) \
 	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
 	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
-	X(dhr_steps) X(learned) X(even) X(tuned) X(filled)
+	X(dhr_steps) X(learned) X(even) X(tuned) X(filled) X(limited)
 #define RBF_NUMBERS_MAX 48
 
 /* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With
  * RBF_ARRAY_OPTIONAL the array may be absent, and its pointer is then NULL. Arrays with 0 entries are not recorded.
  * The order is that of the file: what every query needs comes first, and close together. */
 #define RBF_ARRAYS(X) \
+	X(37, "limits",         limit,             c->limited * 1ull * c->frames,    RBF_ARRAY_FLOAT) \
 	X(16, "cell first",     mesh.cell_first,   rbf_mesh_cells(&c->mesh) + 1ull,  RBF_ARRAY_INDEX) \
 	X(17, "cell elements",  mesh.cell_element, c->mesh.cell_entries,             RBF_ARRAY_INDEX) \
 	X(18, "elements",       mesh.element,      c->mesh.elements,                 RBF_ARRAY_INDEX) \

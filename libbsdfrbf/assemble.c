@@ -9,7 +9,27 @@
 
 static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
 
-int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float *label, rbf_component *c)
+/* limit: as rbf_assemble_sets() takes it. Returns 0, or -1 when out of memory. */
+static int set_limits(const float limit[], rbf_component *c)
+{
+	float *limits = malloc(c->frames * sizeof *limits);
+	const int failed = limits ? 0 : -1;
+	c->limit = NULL;
+	c->limited = 0;
+	for (uint32_t f = 0; f < c->frames && limits; f++) {
+		const float own = rbf_frame_limit(c, f);
+		limits[f] = limit && limit[f] > 0 && own > 1 ? limit[f] : own;
+		c->limited |= limits[f] != own;
+	}
+	if (c->limited)
+		c->limit = limits;
+	else
+		free(limits);
+	return failed;
+}
+
+int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float *label, const float limit[],
+	rbf_component *c)
 {
 	const uint32_t lobes = m->lobe_first[m->bases];
 	c->channels = m->channels;
@@ -35,6 +55,7 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 	rbf_linear *linear = calloc(frames, sizeof *linear);
 	for (uint32_t f = 0; f < frames; f++)
 		c->frame[f] = m->candidate[frame[f]].map;
+	const int failed = set_limits(limit, c);
 	uint16_t *draws = calloc(room * RBF_LANES * rbf_draw_tables(c), sizeof *draws);
 	c->set = set;
 	c->block = block;
@@ -42,7 +63,7 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 	c->draws = draws;
 	c->learned = 0;
 	c->linear = NULL;
-	if (!block || !amplitude || !draws || !linear) {
+	if (!block || !amplitude || !draws || !linear || failed) {
 		free(linear);
 		rbf_assemble_release(c);
 		return -1;
@@ -87,7 +108,9 @@ void rbf_assemble_release(rbf_component *c)
 	free((void *)c->amplitude);
 	free((void *)c->draws);
 	free((void *)c->linear);
+	free((void *)c->limit);
 	c->linear = NULL;
+	c->limit = NULL;
 	c->set = NULL;
 	c->block = NULL;
 	c->amplitude = NULL;

@@ -406,6 +406,8 @@ typedef struct bsdfrbf_component_info {
 	float even;              /* how far what incidences send is carried to a common level between them, 0 to 1 */
 	int tuned;               /* 1: light between incidences is tuned to the DHR that those around expect */
 	float filled;            /* largest share of the exitant hemisphere that an incidence was not measured in, but those around it show; 0: none */
+	float frame_limit[8];    /* how much a corner of the mesh counts at most where others know nothing, 1 or more: found from the data; 0: as in
+	                            the map's definition, or nothing moves */
 } bsdfrbf_component_info;
 
 /* Fills in the facts. Errors: ARGUMENT (the component is missing). */

@@ -364,7 +364,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		rbf_choice_free(&j->choice);
 		RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .6 * span, from + .8 * span, &j->choice));
 	}
-	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, c))
+	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))
 		return out_of_memory(context);
 	if (rbf_levels_make(&j->fitted, j->choice.even, j->choice.slopes, c))
 		return out_of_memory(context);

@@ -61,7 +61,7 @@ VALIDITY(valid_turn, rbf_turn_forward)
 VALIDITY(valid_half, rbf_half_forward)
 VALIDITY(valid_shift, rbf_shift_forward)
 
-/* As shares_at() of evaluate.c: what a corner leaves to those below rbf_share_most(), or its weight if it is one of them; and the share. */
+/* As shares_at() of evaluate.c: what a corner leaves to those below rbf_frame_limit(), or its weight if it is one of them; and the share. */
 RBF_CLONES static void leave(int steps, const float *restrict valid, const float *restrict total, float weight, float most,
 	float *restrict left, float *restrict open)
 {
@@ -85,14 +85,14 @@ void rbf_carry_shares(const rbf_site *site, uint32_t corner, uint32_t frame, int
 {
 	const int steps = steps_of(count);
 	const enum rbf_map_kind kind = site->fan[frame].kind;
-	const float most = rbf_share_most(kind);
+	const float most = site->fan[frame].limit;
 	rbf_carry_row total, valid[3], left, open;
 	EACH
 		total[i] = left[i] = open[i] = 0;
 	for (uint32_t k = 0; k < site->corners; k++) {
 		rbf_warp warp;
 		rbf_site_warp(site, k, frame, &warp);
-		switch (kind) {
+		switch (most > 1 ? kind : RBF_KIND_FIXED) {
 		case RBF_KIND_TURN: valid_turn(&warp, steps, e, site->weight[k], total, valid[k]); break;
 		case RBF_KIND_HALF: valid_half(&warp, steps, e, site->weight[k], total, valid[k]); break;
 		case RBF_KIND_SHIFT: valid_shift(&warp, steps, e, site->weight[k], total, valid[k]); break;

@@ -49,6 +49,8 @@ const char *rbf_check_numbers(const rbf_component *c)
 		learned |= (uint32_t)rbf_map_learned(c->frame[f]);
 	if (c->learned != learned)
 		return "learned frames";
+	if (c->limited > 1)
+		return "limits of shares";
 	if (c->tuned > 1)
 		return "tuned light";
 	if (c->filled > 1000)
@@ -136,6 +138,14 @@ static const char *check_learned(const rbf_component *c)
 	return NULL;
 }
 
+static const char *check_limits(const rbf_component *c)
+{
+	for (uint32_t f = 0; c->limited && f < c->frames; f++)
+		if (!(c->limit[f] >= 1 && c->limit[f] <= RBF_LIMIT_MOST))
+			return "limits";
+	return NULL;
+}
+
 /* A shift runs beside all the blocks of the base it moves. */
 static const char *check_shifts(const rbf_component *c)
 {
@@ -164,6 +174,8 @@ const char *rbf_check_arrays(const rbf_component *c)
 		wrong = check_shifts(c);
 	if (!wrong)
 		wrong = check_learned(c);
+	if (!wrong)
+		wrong = check_limits(c);
 	for (uint32_t i = 0; i < c->mesh.bases && !wrong; i++) {
 		const rbf_base_info *info = c->base_info + i;
 		if (!all_finite(info->direction, 3) || !all_finite(&info->dhr, 4))

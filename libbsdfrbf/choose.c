@@ -14,6 +14,7 @@ static const double LEARN_GAIN = .01; /* of the energy, that a learned frame mus
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
 static const float SETTLED_LOSS = 1.01f;
+static const float LIMIT_GAIN = .99f; /* other limits of shares must lower the error to this share */
 static const float EVEN_GAIN = .99f; /* evened levels must lower the error to this share */
 static const float TUNE_GAIN = .95f; /* and tuned light to this: it is less sure where incidences are dense */
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
@@ -238,6 +239,28 @@ static rbf_choice alike(const rbf_left_out *b, const rbf_choice *best)
 	return next;
 }
 
+/* Limits of shares, the same for all frames and then of each: a material's light at grazing exitance tells whether what is left there of
+ * lobes from below the horizon counts. */
+static int limit(const rbf_left_out *b, rbf_choice *best)
+{
+	static const float most[] = {1, 1.25f, 1.5f, 2, 3};
+	int failed = 0;
+	for (uint32_t of = 0; of <= best->frames && !failed; of++) { /* 0: all */
+		rbf_choice round = {0};
+		if (of && (best->frames < 2 || b->fitted->candidate[best->frame[of - 1]].map == RBF_MAP_FIXED))
+			continue;
+		for (size_t way = 0; way < sizeof most / sizeof *most && !failed; way++) {
+			rbf_choice next = alike(b, best);
+			for (uint32_t f = 0; f < next.frames; f++)
+				if (!of || f == of - 1)
+					next.limit[f] = most[way];
+			failed = contest(b, &round, next, NULL);
+		}
+		win(best, &round, failed ? 0 : LIMIT_GAIN);
+	}
+	return failed;
+}
+
 /* Evens levels, half or all the way, without slopes or with them, where that helps. */
 static int even(const rbf_left_out *b, rbf_choice *best)
 {
@@ -323,7 +346,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		win(&best, &round, failed ? 0 : n == 2 ? SETTLED_LOSS : 1);
 		*choice = best;
 	}
-	failed = failed || drop_frames(b, &best) || even(b, &best) || tune(b, &best);
+	failed = failed || drop_frames(b, &best) || limit(b, &best) || even(b, &best) || tune(b, &best);
 	*choice = best;
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
 	const float caps[2] = {.6f, 1.f};

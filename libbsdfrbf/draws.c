@@ -107,18 +107,17 @@ static void make_set(const rbf_component *c, const rbf_reach *r, const rbf_neigh
 {
 	const size_t lanes = (size_t)c->blocks * RBF_LANES, first = (size_t)set->first * RBF_LANES, count = (size_t)set->blocks * RBF_LANES;
 	const uint32_t tables = rbf_draw_tables(c), y = rbf_luminance(c->channels);
-	const enum rbf_map_kind kind = rbf_map_get(r->map)->kind;
 	const double sine = r->beyond < (float)(RBF_PI / 2) ? sin((double)r->beyond) : 1;
 	double *const mass = part, *const band = part + count, *const slant = part + 2 * count;
 	uint16_t *running = (uint16_t *)c->draws + first;
-	set->band = kind == RBF_KIND_FIXED ? 0 : rbf_draw_band(r);
+	set->band = r->limit > 1 ? rbf_draw_band(r) : 0;
 	for (size_t i = 0; i < count; i++) {
 		const rbf_block *b = &c->block[set->first + i / RBF_LANES];
 		const int lane = i % RBF_LANES;
 		const float centre[3] = {b->x[lane], b->y[lane], b->z[lane]}, kappa = b->k[lane];
 		mass[i] = (double)c->amplitude[(size_t)y * c->blocks + set->first + i / RBF_LANES].a[lane] * rbf_lobe_integral((double)kappa);
 		slant[i] = mass[i] * (double)rbf_lobe_slant(r, centre, kappa);
-		band[i] = kind == RBF_KIND_FIXED ? 0 : (mass[i] + sine * slant[i]) * tail(r, n, neighbours, centre, kappa);
+		band[i] = !(r->limit > 1) ? 0 : (mass[i] + sine * slant[i]) * tail(r, n, neighbours, centre, kappa);
 	}
 	for (uint32_t t = 0; t < 3; t++)
 		set->unit[t] = t < tables ? shares(part + t * count, count, running + t * lanes) : 0;
@@ -141,6 +140,7 @@ int rbf_draws_make(rbf_component *c)
 			const uint32_t b = s / c->frames, f = s % c->frames;
 			rbf_reach r = reach[b];
 			r.map = c->frame[f];
+			r.limit = rbf_frame_limit(c, f);
 			r.motion = motion[s];
 			r.beyond = fmaxf(r.beyond, r.margin);
 			r.linear = rbf_frame_linear(c, f);

@@ -24,18 +24,19 @@ typedef struct rbf_reach {
 	unsigned map;
 	const rbf_linear *linear; /* of a learned one */
 	float base[3];       /* measured incidence */
+	float limit;         /* rbf_frame_limit() */
 	float margin;        /* largest angle to a neighbouring vertex, as rbf_map_margin() */
 	float beyond;        /* largest angle to an incident direction that the base serves */
 	float motion;        /* largest residual motion of the lobes */
 } rbf_reach;
 
-/* Tables that a component has: of masses; of bands, unless nothing moves; of slants, where it has a half map. */
+/* Tables that a component has: of masses; of bands, unless no corner takes over; of slants, where it has a half map. */
 static inline uint32_t rbf_draw_tables(const rbf_component *c)
 {
 	uint32_t tables = 1;
 	for (uint32_t f = 0; f < c->frames; f++) {
 		const enum rbf_map_kind kind = rbf_map_get(c->frame[f])->kind;
-		const uint32_t needs = kind == RBF_KIND_FIXED ? 1 : kind == RBF_KIND_HALF ? 3 : 2;
+		const uint32_t needs = kind == RBF_KIND_HALF ? 3 : rbf_frame_limit(c, f) > 1 ? 2 : 1;
 		tables = needs > tables ? needs : tables;
 	}
 	return tables;

@@ -8,14 +8,15 @@
 /* Shares of the corners whose mapped directions have these z. No branch depends on the direction: it could not be foreseen. */
 static inline __attribute__((always_inline)) rbf_lanes shares_at(const rbf_site *site, uint32_t frame, rbf_lanes z)
 {
-	if (site->fan[frame].kind == RBF_KIND_FIXED)
+	const float limited = site->fan[frame].limit;
+	if (!(limited > 1))
 		z = rbf_lanes_all(1);
 	/* as rbf_validity() */
 	rbf_lanes v = z * (1 / RBF_VALID_Z);
 	v = rbf_lanes_min(rbf_lanes_max(v, rbf_lanes_all(RBF_VALID_LEAST)), rbf_lanes_all(1));
 	v *= v;
-	/* rbf_share_most(), all times the sum of validities and the weight of those below: one division. A lane without a corner weighs nothing */
-	const rbf_lanes weight = rbf_lanes_load(site->weight), most = rbf_lanes_all(rbf_share_most(site->fan[frame].kind));
+	/* rbf_frame_limit(), all times the sum of validities and the weight of those below: one division. A lane without a corner weighs nothing */
+	const rbf_lanes weight = rbf_lanes_load(site->weight), most = rbf_lanes_all(limited);
 	const rbf_lanes total = rbf_lanes_sum(v * weight), limit = most * total;
 	const rbf_lane_mask below = v < limit;
 	const rbf_lanes left = rbf_lanes_sum(weight * rbf_lanes_max(v - limit, rbf_lanes_all(0)));

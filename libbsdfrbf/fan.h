@@ -11,6 +11,7 @@
 /* Members as in rbf_warp, those that its kind needs. */
 typedef struct rbf_fan {
 	enum rbf_map_kind kind;
+	float limit;                /* rbf_frame_limit() */
 	float m[9][RBF_FAN];
 	float cosine[RBF_FAN], gain[RBF_FAN], sine[RBF_FAN], most[RBF_FAN];
 } rbf_fan;

@@ -46,6 +46,7 @@ bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_co
 		info->frame_name[f] = rbf_map_name(c->frame[f]);
 		info->frame_share[f] = c->facts.frame_share[f];
 		info->frame_learned[f] = rbf_map_learned(c->frame[f]);
+		info->frame_limit[f] = c->limited && c->frame[f] != RBF_MAP_FIXED ? c->limit[f] : 0;
 		if (info->frame_learned[f])
 			memcpy(info->frame_beam[f], c->linear[f].row, sizeof info->frame_beam[f]);
 	}

@@ -264,6 +264,7 @@ static void drop_empty(rbf_choice *c, size_t lobes)
 			continue;
 		memmove(c->label + kept * lobes, c->label + f * lobes, lobes * sizeof *c->label);
 		c->frame[kept] = c->frame[f];
+		c->limit[kept] = c->limit[f];
 		c->share[kept++] = c->share[f];
 	}
 	c->frames = kept;
@@ -288,7 +289,7 @@ int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choi
 	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
 	if (!choice->base_error || (!choice->label && rbf_choice_label(m, choice)))
 		return -1;
-	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, &c))
+	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, choice->limit, &c))
 		return -1;
 	for (uint32_t i = 0; i < m->bases; i++)
 		choice->base_error[i] = -1;

@@ -9,6 +9,7 @@ typedef struct rbf_choice {
 	float share[RBF_MAX_FRAMES];
 	rbf_belief belief; /* that labels were made with */
 	float *label;      /* as from rbf_label(); owned */
+	float limit[RBF_MAX_FRAMES]; /* of each frame's shares (model.h); 0: that of its map */
 	uint32_t even;     /* how far levels are evened (model.h) */
 	int slopes;        /* 1: with slopes */
 	int tune;          /* light is tuned to the DHR that is expected: 1, or 2: with slopes */

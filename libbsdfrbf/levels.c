@@ -98,7 +98,7 @@ float *rbf_levels_arrived(const rbf_fitted *m)
 	float *label = malloc(((size_t)lobes + 1) * sizeof *label), *root = rbf_levels_sent(m);
 	for (uint32_t i = 0; i < lobes && label; i++)
 		label[i] = 1;
-	if (!label || !root || rbf_assemble_sets(m, 1, fixed, label, &c)) {
+	if (!label || !root || rbf_assemble_sets(m, 1, fixed, label, NULL, &c)) {
 		free(label);
 		free(root);
 		return NULL;

@@ -294,6 +294,13 @@ static inline float rbf_share_most(enum rbf_map_kind kind)
 {
 	return kind == RBF_KIND_TURN ? 1.5f : 2.f;
 }
+
+/* The same of a component's frame; 1: corners count by their weights alone. */
+static inline float rbf_frame_limit(const rbf_component *c, uint32_t frame)
+{
+	const enum rbf_map_kind kind = rbf_map_get(c->frame[frame])->kind;
+	return kind == RBF_KIND_FIXED ? 1 : c->limit ? c->limit[frame] : rbf_share_most(kind);
+}
 #define RBF_SHARE_OPEN 1e-6f /* weight of those below, at least */
 
 /* Takes exitant p at k back to out at i. Returns g times the change of solid angle d(out)/d(p), the factor by which

@@ -7,6 +7,7 @@
  *   + sum over frames f of sum_k w_k v_kf g_kf L_kf(map_f(i, k, o)) / sum_k w_k v_kf,
  * k the corners of the mesh element that holds i, w their barycentric weights, map_f the frame's map (map.h) with
  * value factor g and validity v, L_kf a sum of lobes amp exp(-kappa/2 |o' - c|^2), o' and c unit vectors.
+ * v_k / sum w v, the share of a corner, is at most the frame's limit; others then share what that leaves (map.h).
  * Where levels are evened, by e, corner k counts 1 - e + e M / C_k times: A_k the luminance of its lobes at home, C_k the same carried here,
  * A_k (kept_k + gain_k half_k.i), s_k a slope, which is tangential, and M = (sum_k w_k (A_k^(1/4) + s_k.i / 2))^4 what they send together; slopes
  * at most halve or double the sum. Outside the mesh it is that of the nearest point. No corner is raised more than 3 times, but all of
@@ -25,6 +26,7 @@
 #define RBF_LEVEL_SLOPED_LEAST .5f /* of the root without slopes */
 #define RBF_LEVEL_SLOPED_MOST 2.f
 #define RBF_TUNE 4        /* numbers of an element: middle of the edges from corner 0 to 1, 1 to 2, 2 to 0, of all; of a border: the first */
+#define RBF_LIMIT_MOST 16.f
 #define RBF_LEVEL_CARRIED_LEAST .1f
 #define RBF_LEVEL_MOST 3.f /* times, at most, that a corner's level is raised alone */
 #define RBF_MAX_FRAMES 4  /* frames of a component */
@@ -95,6 +97,8 @@ typedef struct rbf_component {
 	uint32_t frame[RBF_MAX_FRAMES]; /* map ids (map.h) */
 	uint32_t learned;               /* 1: linear is present, as a frame is learned */
 	const rbf_linear *linear;       /* [frames] */
+	uint32_t limited;               /* 1: limit is present */
+	const float *limit;             /* [frames]: most of a corner's share, 1 to RBF_LIMIT_MOST; if absent, as the maps have it */
 	uint32_t even;                  /* how far levels are evened, in halves: 0 to 2 */
 	const rbf_level *level;         /* [mesh.bases], where they are */
 	uint32_t tuned;                 /* 1: tune is present */

@@ -2,7 +2,7 @@
 /*
  * The evaluated density is a sum of terms: corner k, frame f, lobe j. Each is
  *     w_k s_k F  times the lobe,  F <= gain_kf (1 + sin(i,k) T_j),
- * s_k the share of the corner among corners (1, but at most rbf_share_most() where it takes over from less valid ones), F the factor of
+ * s_k the share of the corner among corners (1, but at most rbf_frame_limit() where it takes over from less valid ones), F the factor of
  * the map, T_j the slope of the half map's change of solid angle. A lobe is drawn by its part of that bound, a direction is drawn
  * from the lobe, carried back through the map, and kept with the probability true term / bound: what is kept is distributed exactly as
  * the sum, whatever the overlaps (thinning). min(s_k, 1) and the excess s_k - 1 are separate terms: only what lies in a band above the
@@ -111,7 +111,7 @@ static inline __attribute__((always_inline)) void heights(const rbf_site *site, 
 {
 	float cosine = 1, shift2 = 0;
 	const rbf_fan *fan = &site->fan[frame];
-	if (fan->kind == RBF_KIND_FIXED) { /* valid everywhere; lower than this there is the limit at the horizon */
+	if (!(fan->limit > 1)) { /* none takes over; lower than this there is the limit at the horizon */
 		*clear = *band = RBF_HORIZON_Z;
 		return;
 	}
@@ -146,7 +146,7 @@ static inline __attribute__((always_inline)) uint32_t add_parts(const rbf_site *
 	const rbf_lanes each = rbf_lanes_load(site->part) * rbf_lanes_load(fan->gain) * (float)RBF_DRAW_TOTAL;
 	const rbf_lanes least = rbf_lanes_max(rbf_lanes_load(site->weight), rbf_lanes_all(1e-30f));
 	/* weights times shares come to 1 */
-	const rbf_lanes excess = rbf_lanes_min(rbf_lanes_all(rbf_share_most(fan->kind)), 1 / least) - 1, band = each * excess;
+	const rbf_lanes excess = rbf_lanes_min(rbf_lanes_all(fan->limit), 1 / least) - 1, band = each * excess;
 	const rbf_lanes slant = each * rbf_lanes_load(fan->sine);
 	float sum = *total;
 	for (uint32_t k = 0; k < site->corners; k++) {

@@ -76,6 +76,7 @@ RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const verte
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_fan *fan = &site->fan[f];
 		rbf_fan_set(fan, c->frame[f], rbf_frame_linear(c, f), site->incident, (const float (*)[RBF_FAN])site->direction);
+		fan->limit = rbf_frame_limit(c, f);
 		if (fan->kind == RBF_KIND_HALF)
 			rbf_lanes_store(fan->gain, facet_gain(site, fan));
 	}

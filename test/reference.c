@@ -39,6 +39,7 @@
 #define rbf_warp_inverse double_warp_inverse
 #define rbf_validity double_validity
 #define rbf_share_most double_share_most
+#define rbf_frame_limit double_frame_limit
 #define rbf_warp_bound double_warp_bound
 #define rbf_shift_factor double_shift_factor
 #define rbf_turn_forward double_turn_forward
@@ -188,7 +189,7 @@ void reference_dsf(const void *of, const float exitant[3], double value[3])
 			valid[k] = warp[k].kind == DOUBLE_KIND_FIXED ? 1 : double_validity(mapped[k][2]);
 		}
 		for (uint32_t k = 0; k < site->corners; k++) {
-			const double w = (double)site->tune * (double)site->weight[k] * evened(site, k) * share_of(valid, site->weight, site->corners, k, double_share_most(warp[k].kind)) * factor[k];
+			const double w = (double)site->tune * (double)site->weight[k] * evened(site, k) * share_of(valid, site->weight, site->corners, k, double_frame_limit(c, f)) * factor[k];
 			double sum[3];
 			lobes(site, k, f, mapped[k], sum);
 			for (uint32_t n = 0; n < c->channels && w > 0; n++)

@@ -43,7 +43,7 @@ static inline void synthetic_numbers(const synthetic *want, rbf_component *c)
 		c->frame[f] = f == 1 ? RBF_MAP_LEARNED_TURN : (f + 1) % 7;
 	c->learned = want->frames > 1;
 	c->even = want->frames > 1 ? 2 : 0;
-	c->tuned = want->frames > 1;
+	c->tuned = c->limited = want->frames > 1;
 	c->residual = want->residual;
 	c->sets = want->bases * want->frames;
 	c->blocks = c->sets * want->blocks_per_set;
@@ -120,7 +120,7 @@ static inline void synthetic_component(const synthetic *want, uint64_t seed, rbf
 			continue;
 		float *array = calloc(1, bytes);
 		for (size_t i = 0; i < bytes / 4 && rbf_array_row[row].holds & (RBF_ARRAY_FLOAT | RBF_ARRAY_BITS); i++)
-			array[i] = synthetic_unit(&seed);
+			array[i] = synthetic_unit(&seed) + (row == RBF_ARRAY_ROW_37);
 		rbf_array_set(c, row, array);
 	}
 	synthetic_indices(want, c, &seed);

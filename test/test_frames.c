@@ -74,6 +74,28 @@ static void levels_are_evened(void **state)
 	bsdfrbf_close(m);
 }
 
+/* A beam that a grating bends: it sets where the incidence is low enough. */
+static void bent(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + in[0] - .5, y = out[1] + in[1];
+	xyz[0] = xyz[1] = xyz[2] = .01 + exp(-60 * (x*x + y*y));
+}
+
+/* What is still above the horizon tells alone how strong it is there: it counts for those that tell nothing. */
+static void shares_are_limited(void **state)
+{
+	(void)state;
+	static const plan p = {"bent", 6, 9, {0, 15, 30, 45, 60, 75}, 0, 22.5, 100};
+	bsdfrbf_model *m = fixture_build_of(&p, bent, NULL, 0, 1);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	assert_int_equal(info.frames, 1);
+	assert_true(info.frame_limit[0] > 2);
+	if (!(error_between(m, bent, 22.5, 4, (const double[4]){10, 37, 50, 67}) < .0027))
+		fail_msg("wrong between the measured incidences");
+	bsdfrbf_close(m);
+}
+
 /* Where incidences are few, what maps and shares of corners make of facets' light is too much: it is tuned. */
 static void light_is_tuned(void **state)
 {
@@ -129,6 +151,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_beam_is_learned),
 		cmocka_unit_test(levels_are_evened),
+		cmocka_unit_test(shares_are_limited),
 		cmocka_unit_test(light_is_tuned),
 		cmocka_unit_test(slopes_are_met),
 	};

@@ -148,7 +148,7 @@ static void bound_holds(void **state)
 			random_near(&seed, i, .3, k);
 			random_direction(&seed, 0, c);
 			const double sigma = .003 * pow(100, random_unit(&seed));
-			const rbf_reach reach = {.map = map, .base = {k[0], k[1], k[2]}, .margin = rbf_map_margin(map, &learned, k, .3f), .beyond = .31f};
+			const rbf_reach reach = {.map = map, .limit = 2, .base = {k[0], k[1], k[2]}, .margin = rbf_map_margin(map, &learned, k, .3f), .beyond = .31f};
 			const float slant = rbf_lobe_slant(&reach, c, (float)(1 / (sigma * sigma)));
 			assert_true(slant >= 0);
 			rbf_warp_set(&warp, map, &learned, i, k);

@@ -501,6 +501,13 @@ static void test_defects(void **state)
 		assert_non_null(strstr(bsdfrbf_message(*state), "learned frame"));
 		linear[1].row[1][3] = kept;
 	}
+	static const float limits[] = {NAN, INFINITY, .99f, 1e6f};
+	for (int n = 0; n < 4; n++) {
+		((float *)c->limit)[1] = limits[n];
+		assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
+		assert_non_null(strstr(bsdfrbf_message(*state), "limits"));
+	}
+	((float *)c->limit)[1] = 1;
 	((rbf_level *)c->level)[1].slope[2] = INFINITY;
 	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
 	assert_non_null(strstr(bsdfrbf_message(*state), "levels"));

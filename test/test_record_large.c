@@ -74,10 +74,12 @@ static int make_large(void **state)
 	(void)state;
 	model.channels = large.channels;
 	synthetic_numbers(&large, c);
+	c->limited = 0;
 	c->shifts = c->blocks * 6; /* towards six neighbours each */
 	for (int row = 0; row < RBF_ARRAY_ROWS; row++)
 		rbf_array_set(c, row, row == RBF_ARRAY_ROW_25 ? NULL : rbf_array_row[row].holds & RBF_ARRAY_INDEX
 			? calloc(1, (size_t)(rbf_array_entries(c, row) * rbf_array_row[row].entry)) : &hole);
+	c->limit = NULL; /* read by what counts the entries of others */
 	synthetic_indices(&large, c, &seed);
 	/* Cells list neighbouring elements, and elements have neighbouring corners, recorded near each other. */
 	for (uint32_t i = 0; i < c->mesh.cell_entries; i++)

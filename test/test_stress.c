@@ -141,6 +141,7 @@ static int make(int number, subject *s)
 	p->odd = number % 3 == 1;
 	p->even = number % 7 < 3 ? whole(3) : 0;
 	p->tuned = number % 5 == 3;
+	p->limit = number % 4 == 1 ? between(1, 3) : number % 16 == 2;
 	const uint32_t bases = incidences(p->symmetry, s->scheme, direction);
 	s->seed = seed;
 	s->model = random_model_at(p, bases, direction, s->seed);
