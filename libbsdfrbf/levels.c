@@ -48,10 +48,13 @@ static void look_around(const rbf_fitted *m, uint32_t without, const float k[3],
 	const int plane = m->symmetry == RBF_ISOTROPIC;
 	int op[4] = {RBF_OP_NONE, RBF_OP_X};
 	const int ops = plane ? 2 : rbf_symmetry_ops(m->symmetry, op);
+	const double *out = without < m->bases ? m->direction + 3 * without : NULL, apart = out ? rbf_mesh_apart(m->symmetry, m->bases, m->direction) : 0;
 	a->count = 0;
 	for (uint32_t b = 0; b < m->bases; b++) {
+		if (out && rbf_mesh_together(m->symmetry, m->direction + 3 * b, out, apart))
+			continue;
 		const float own[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
-		for (int n = 0; n < ops && b != without; n++) {
+		for (int n = 0; n < ops; n++) {
 			float d[3];
 			rbf_mirror((unsigned)op[n], own, d);
 			const double square = square_between(d, k);

@@ -10,8 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Directions closer than this are one (radians): finer than a goniophotometer positions its sample. */
-#define SAME 1e-4
 /* Points within this angle of one great circle make a chain, not triangles. */
 #define ONE_CIRCLE 1e-3
 /* An element that reaches less far than this into the domain is not needed there. */
@@ -24,7 +22,7 @@ typedef struct hash {
 	uint32_t mask, *head, *next;
 } hash;
 
-#define HASH_CELLS 1024.0 /* a unit length: cells 10 times wider than SAME */
+#define HASH_CELLS 1024.0 /* a unit length: cells 10 times wider than RBF_MESH_SAME */
 
 static uint32_t hash_slot(const hash *h, const int cell[3])
 {
@@ -32,13 +30,13 @@ static uint32_t hash_slot(const hash *h, const int cell[3])
 	return (key ^ key >> 15) & h->mask;
 }
 
-/* Is there a point within SAME of p? */
+/* Is there a point within RBF_MESH_SAME of p? */
 static int hash_find(const hash *h, const double (*points)[3], const double p[3])
 {
 	int low[3], high[3], cell[3];
 	for (int i = 0; i < 3; i++) {
-		low[i] = (int)floor((p[i] - SAME) * HASH_CELLS);
-		high[i] = (int)floor((p[i] + SAME) * HASH_CELLS);
+		low[i] = (int)floor((p[i] - RBF_MESH_SAME) * HASH_CELLS);
+		high[i] = (int)floor((p[i] + RBF_MESH_SAME) * HASH_CELLS);
 	}
 	for (cell[0] = low[0]; cell[0] <= high[0]; cell[0]++)
 		for (cell[1] = low[1]; cell[1] <= high[1]; cell[1]++)
@@ -46,7 +44,7 @@ static int hash_find(const hash *h, const double (*points)[3], const double p[3]
 				for (uint32_t i = h->head[hash_slot(h, cell)]; i; i = h->next[i - 1]) {
 					const double *q = points[i - 1];
 					const double d[3] = { p[0] - q[0], p[1] - q[1], p[2] - q[2] };
-					if (rbf_dot3(d, d) < SAME * SAME)
+					if (rbf_dot3(d, d) < RBF_MESH_SAME * RBF_MESH_SAME)
 						return 1;
 				}
 	return 0;
@@ -63,19 +61,33 @@ static void hash_add(hash *h, const double p[3], uint32_t index)
 /* Puts a direction that is on a mirror axis, or a centre of rotation, up to the device's precision exactly there. */
 static void snap(rbf_symmetry symmetry, double d[3])
 {
-	if ((symmetry == RBF_BILATERAL_X || symmetry == RBF_QUADRILATERAL) && fabs(d[0]) < SAME / 2)
+	if ((symmetry == RBF_BILATERAL_X || symmetry == RBF_QUADRILATERAL) && fabs(d[0]) < RBF_MESH_SAME / 2)
 		d[0] = 0;
-	if ((symmetry == RBF_BILATERAL_Y || symmetry == RBF_QUADRILATERAL) && fabs(d[1]) < SAME / 2)
+	if ((symmetry == RBF_BILATERAL_Y || symmetry == RBF_QUADRILATERAL) && fabs(d[1]) < RBF_MESH_SAME / 2)
 		d[1] = 0;
-	if (symmetry == RBF_UP && hypot(d[0], d[1]) < SAME / 2)
+	if (symmetry == RBF_UP && hypot(d[0], d[1]) < RBF_MESH_SAME / 2)
 		d[0] = d[1] = 0;
+}
+
+/* The incidences that a mesh is made of. */
+typedef struct places {
+	size_t count;
+	const double *direction;
+	const double *without; /* one that is left out with all that is together with it, or NULL */
+	double apart;
+} places;
+
+static int is_out(rbf_symmetry symmetry, const places *from, size_t i)
+{
+	return from->without && rbf_mesh_together(symmetry, from->direction + 3 * i, from->without, from->apart);
 }
 
 /* All images of all incidences into mesh->vertex and p (4 count entries each). Incidences measured inside the
  * fundamental domain come first: where the measurement covers more than the symmetry needs, theirs are the images
  * that stay, and the mesh keeps the symmetry. */
-static int add_vertices(rbf_mesh *mesh, size_t count, const double *directions, long exclude, double (*p)[3])
+static int add_vertices(rbf_mesh *mesh, const places *from, double (*p)[3])
 {
+	const size_t count = from->count;
 	int op[4];
 	const int ops = rbf_symmetry_ops(mesh->symmetry, op);
 	hash h = { 63, NULL, NULL };
@@ -90,8 +102,9 @@ static int add_vertices(rbf_mesh *mesh, size_t count, const double *directions, 
 	}
 	for (int outside = 0; outside < 2; outside++)
 		for (size_t i = 0; i < count; i++) {
-			double d[3] = { directions[3 * i], directions[3 * i + 1], fmax(directions[3 * i + 2], 0) };
-			if ((long)i == exclude || !(rbf_unit3(d) > 0))
+			const double *own = from->direction + 3 * i;
+			double d[3] = { own[0], own[1], fmax(own[2], 0) };
+			if (is_out(mesh->symmetry, from, i) || !(rbf_unit3(d) > 0))
 				continue;
 			snap(mesh->symmetry, d);
 			const float f[3] = { (float)d[0], (float)d[1], (float)d[2] };
@@ -126,16 +139,16 @@ static int by_theta(const void *a, const void *b)
 }
 
 /* Segments in theta. Without normal incidence, the mirror image of the first vertex closes the gap about the normal. */
-static void add_segments(rbf_mesh *mesh, size_t count, const double *directions, long exclude)
+static void add_segments(rbf_mesh *mesh, const places *from)
 {
 	rbf_vertex *v = mesh->vertex;
 	uint32_t n = 0;
-	for (size_t i = 0; i < count; i++) {
-		const double *d = directions + 3 * i;
-		if ((long)i == exclude)
+	for (size_t i = 0; i < from->count; i++) {
+		const double *d = from->direction + 3 * i;
+		if (is_out(mesh->symmetry, from, i))
 			continue;
 		const double theta = atan2(hypot(d[0], d[1]), fmax(d[2], 0));
-		v[n].direction[0] = theta < SAME / 2 ? 0 : (float)sin(theta);
+		v[n].direction[0] = theta < RBF_MESH_SAME / 2 ? 0 : (float)sin(theta);
 		v[n].direction[1] = 0;
 		v[n].direction[2] = d[2] > 0 ? (float)cos(theta) : 0;
 		v[n].base = (uint32_t)i;
@@ -145,7 +158,7 @@ static void add_segments(rbf_mesh *mesh, size_t count, const double *directions,
 	uint32_t unique = 0;
 	for (uint32_t i = 0; i < n; i++) {
 		const float *a = v[i].direction, *b = v[unique ? unique - 1 : 0].direction;
-		if (!unique || hypot((double)a[0] - b[0], (double)a[2] - b[2]) > SAME)
+		if (!unique || hypot((double)a[0] - b[0], (double)a[2] - b[2]) > RBF_MESH_SAME)
 			v[unique++] = v[i];
 	}
 	if (unique && v[0].direction[0] > 0) {
@@ -390,12 +403,11 @@ static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
 	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory for the mesh of incident directions");
 }
 
-static bsdfrbf_status build_surface(bsdfrbf_context *context, rbf_mesh *mesh, size_t count, const double *directions,
-	long exclude, double (*p)[3], rbf_triangle **triangle, uint32_t **number, unsigned char **used)
+static bsdfrbf_status build_surface(bsdfrbf_context *context, rbf_mesh *mesh, const places *from, double (*p)[3], rbf_triangle **triangle, uint32_t **number, unsigned char **used)
 {
 	size_t triangles = 0;
 	double pole[3];
-	if (!add_vertices(mesh, count, directions, exclude, p))
+	if (!add_vertices(mesh, from, p))
 		return out_of_memory(context);
 	if (!mesh->vertices)
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "no incident direction to make a mesh of");
@@ -427,6 +439,7 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 	mesh->symmetry = symmetry;
 	mesh->bases = (uint32_t)count;
 	mesh->vertex = calloc(4 * count, sizeof *mesh->vertex);
+	const places from = {count, directions, exclude >= 0 ? directions + 3 * exclude : NULL, rbf_mesh_apart(symmetry, count, directions)};
 	bsdfrbf_status status;
 	if (!mesh->vertex)
 		status = out_of_memory(context);
@@ -437,7 +450,7 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 		if (!mesh->element || !mesh->border)
 			status = out_of_memory(context);
 		else {
-			add_segments(mesh, count, directions, exclude);
+			add_segments(mesh, &from);
 			status = mesh->vertices ? rbf_mesh_grid(context, mesh, &used)
 				: rbf_fail(context, BSDFRBF_ERR_DATA, "no incident direction to make a mesh of");
 		}
@@ -446,7 +459,7 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 		rbf_triangle *triangle = NULL;
 		uint32_t *number = NULL;
 		unsigned char *used = NULL;
-		status = p ? build_surface(context, mesh, count, directions, exclude, p, &triangle, &number, &used)
+		status = p ? build_surface(context, mesh, &from, p, &triangle, &number, &used)
 			: out_of_memory(context);
 		free(p);
 		free(triangle);

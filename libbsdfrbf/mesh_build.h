@@ -4,6 +4,9 @@
 #define RBF_MESH_BUILD_H
 #include "mesh.h"
 
+/* Directions closer than this are one (radians): finer than a goniophotometer positions its sample. */
+#define RBF_MESH_SAME 1e-4
+
 /* A triangle of the whole hull, counter-clockwise from outside. */
 typedef struct rbf_triangle {
 	uint32_t v[3];

@@ -784,12 +784,45 @@ static void test_time(void **state)
 	}
 }
 
+/* Measured all round, and twice: whatever symmetry is asked for, nothing that was measured near one that is left out, or near its images, tells of it. */
+static void test_left_out(void **state)
+{
+	static const rbf_symmetry symmetry[] = { RBF_QUADRILATERAL, RBF_BILATERAL_X, RBF_BILATERAL_Y, RBF_UP, RBF_ANISOTROPIC, RBF_ISOTROPIC };
+	(void)state;
+	plan *p = rings(1, 15, 75, 15, 0, 330, 30);
+	for (uint32_t i = 0, once = (uint32_t)p->count; i < once; i++) {
+		const double *d = p->d[i], theta = acos(d[2]) / DEGREE;
+		if (theta > 1)
+			add(p, theta + .2 * uniform(), atan2(d[1], d[0]) / DEGREE + .2 * uniform());
+	}
+	for (size_t s = 0; s < sizeof symmetry / sizeof *symmetry; s++)
+		for (long out = 0; out < (long)p->count; out += 7) {
+			rbf_mesh m = build(symmetry[s], p, out);
+			float d[3] = { (float)p->d[out][0], (float)p->d[out][1], (float)p->d[out][2] };
+			const float sine = hypotf(d[0], d[1]);
+			if (symmetry[s] == RBF_ISOTROPIC) {
+				d[0] = sine;
+				d[1] = 0;
+			} else
+				rbf_mirror((unsigned)rbf_symmetry_fold(symmetry[s], d), d, d);
+			double nearest = 3;
+			for (uint32_t v = 0; v < m.vertices; v++) {
+				const float *e = m.vertex[v].direction;
+				nearest = fmin(nearest, (double)hypotf(hypotf(d[0] - e[0], d[1] - e[1]), d[2] - e[2]));
+			}
+			if (nearest < .6 * DEGREE || (sine > .5 && nearest > 16 * DEGREE))
+				fail_msg("%ld left out of symmetry %c: the nearest is %.2f degrees away", out, symmetry[s], nearest / DEGREE);
+			rbf_mesh_free(&m);
+		}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_hull),
 		cmocka_unit_test(test_plans),
 		cmocka_unit_test(test_isotropic),
+		cmocka_unit_test(test_left_out),
 		cmocka_unit_test(test_folds),
 		cmocka_unit_test(test_images),
 		cmocka_unit_test(test_degenerate),
