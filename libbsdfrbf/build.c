@@ -353,7 +353,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	RBF_TRY(fit_all(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
 	RBF_TRY(settle_symmetry(context, name, symmetry != 0, j, c));
-	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, -1, &j->fitted.mesh));
+	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, NULL, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
 	if (rbf_label_prepare(&j->fitted))

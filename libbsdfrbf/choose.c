@@ -13,10 +13,12 @@ static const float ENOUGH = 1.25f; /* times the error of the fits: no better fra
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
+static const float ACROSS_LOSS = 1; /* unless that is worse than this across azimuths */
 static const float SETTLED_LOSS = 1.01f;
 static const float LIMIT_GAIN = .99f; /* other limits of shares must lower the error to this share */
 static const float EVEN_GAIN = .99f; /* evened levels must lower the error to this share */
 static const float TUNE_GAIN = .95f; /* and tuned light to this: it is less sure where incidences are dense */
+static const double CLEARLY = 1.1; /* times what the best of the list adds to what is predicted, that a learned frame must */
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
 enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
 static const double REFINE_STEP = .05, REFINE_END = .02; /* of a coefficient; of the error, between the simplex's corners */
@@ -144,11 +146,10 @@ static int contest_learned(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice
 }
 
 /* Frames learned from the data: one in the place of all, one more, then each anew. */
-static int learn(const rbf_left_out *b, rbf_choice *best)
+static int learn(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 {
 	static const unsigned map[2] = {RBF_MAP_LEARNED_SHIFT, RBF_MAP_LEARNED_TURN};
-	rbf_lesson *lesson = rbf_learn_begin(b->fitted);
-	int failed = !lesson;
+	int failed = 0;
 	for (int more = 0; more < 2 && !failed && best->frames < RBF_MAX_FRAMES; more++) {
 		rbf_choice others = {.belief = best->belief};
 		rbf_linear found[2];
@@ -177,8 +178,65 @@ static int learn(const rbf_left_out *b, rbf_choice *best)
 		rbf_learn_after(lesson, others.frames, others.frame);
 		failed = contest_learned(b, lesson, best, map[row->kind == RBF_KIND_TURN], &others, known, &start, &found);
 	}
-	rbf_learn_end(lesson);
 	return failed;
+}
+
+/* The frame that predicts most of what those of `rungs` leave, from the list, or learned where that is clearly more: a candidate.
+ * *frame: RBF_CANDIDATES if there is none. */
+static int best_addition(rbf_fitted *m, rbf_lesson *lesson, const rbf_choice *rungs, uint32_t *frame)
+{
+	const double known = rbf_learn_after(lesson, rungs->frames, rungs->frame);
+	double top = known + LEARN_GAIN;
+	*frame = RBF_CANDIDATES;
+	for (unsigned map = 0; map < RBF_MAPS_LISTED; map++) {
+		const double with = m->symmetry == RBF_ISOTROPIC && !rbf_map_get(map)->plane ? 0 : rbf_learn_with(lesson, map);
+		if (with > top) {
+			top = with;
+			*frame = map;
+		}
+	}
+	rbf_linear found[2], of_top;
+	unsigned learned = 0;
+	top = known + CLEARLY * (top - known);
+	for (unsigned n = 0; n < 2; n++) {
+		const double with = rbf_learn(lesson, RBF_MAP_LEARNED_SHIFT + n, n ? &found[0] : NULL, &found[n]);
+		if (with > top) {
+			top = with;
+			of_top = found[n];
+			learned = RBF_MAP_LEARNED_SHIFT + n;
+		}
+	}
+	if (rbf_learn_failed(lesson))
+		return -1;
+	if (learned && m->candidates < RBF_CANDIDATES) {
+		if (rbf_label_add(m, learned, &of_top))
+			return -1;
+		*frame = m->candidates - 1;
+	}
+	return 0;
+}
+
+/* Frames anew, each what predicts most of what those before leave. Frames that joined by how much they lower the error began with a compromise
+ * between beams, where there are several; and mirror images of a beam that is none of its own may be two of them. */
+static int climb(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
+{
+	rbf_choice rungs = {.belief = best->belief};
+	int learned = 0;
+	rbf_learn_free(lesson);
+	while (rungs.frames < RBF_MAX_FRAMES) {
+		uint32_t frame;
+		if (best_addition(b->fitted, lesson, &rungs, &frame))
+			return -1;
+		if (frame == RBF_CANDIDATES)
+			break;
+		learned |= frame >= RBF_MAPS_LISTED;
+		rungs.frame[rungs.frames++] = frame;
+		rbf_choice round = {0};
+		if (contest(b, &round, rungs, NULL))
+			return -1;
+		win(best, &round, learned ? LEARNED_GAIN : GAIN);
+	}
+	return 0;
 }
 
 /* As another choice, but still to be labelled. */
@@ -292,7 +350,23 @@ static int tune(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
-static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, float fit_error, double from, double to, rbf_choice *choice)
+/* Motion between rings tells nothing of other azimuths. Where it is clearly worse than the frames across them, it is not taken: its error
+ * is then INFINITY. */
+static int ask_across(bsdfrbf_context *context, const rbf_left_out *b, float lambertian, const rbf_choice *still, rbf_choice *moved)
+{
+	rbf_left_out across;
+	rbf_choice one = alike(b, still), other = alike(b, moved);
+	int failed = rbf_left_out_make(context, b->fitted, lambertian, 1, &across) != BSDFRBF_OK;
+	failed = failed || (across.trials && (rbf_left_out_error(&across, &one, NULL) || rbf_left_out_error(&across, &other, NULL)));
+	if (!failed && across.trials && other.error > ACROSS_LOSS * one.error)
+		moved->error = INFINITY;
+	rbf_left_out_free(&across);
+	rbf_choice_free(&one);
+	rbf_choice_free(&other);
+	return failed;
+}
+
+static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, float lambertian, float fit_error, double from, double to, rbf_choice *choice)
 {
 	const double step = (to - from) / (RBF_MAPS_LISTED + 3);
 	rbf_choice best = {.belief = BELIEF};
@@ -328,7 +402,9 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	const rbf_choice listed = best; /* its labels and errors are not used below */
 	int learned = 0;
 	if (!failed && best.error > ENOUGH * fit_error) {
-		failed = learn(b, &best);
+		rbf_lesson *lesson = rbf_learn_begin(b->fitted);
+		failed = !lesson || learn(b, lesson, &best) || (best.error > ENOUGH * fit_error && climb(b, lesson, &best));
+		rbf_learn_end(lesson);
 		learned = best.error < listed.error;
 		failed = failed || (learned && add_frames(b, &best));
 		*choice = best;
@@ -363,6 +439,8 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 		}
 	}
+	if (!failed && !plane && moved.error < MOVED_GAIN * best.error)
+		failed = ask_across(context, b, lambertian, &best, &moved);
 	win(&best, &moved, failed ? 0 : MOVED_GAIN);
 	*choice = best;
 	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
@@ -373,9 +451,9 @@ bsdfrbf_status rbf_choose(bsdfrbf_context *context, rbf_fitted *fitted, float la
 {
 	rbf_left_out b = {0};
 	memset(choice, 0, sizeof *choice);
-	bsdfrbf_status status = rbf_left_out_make(context, fitted, lambertian, &b);
+	bsdfrbf_status status = rbf_left_out_make(context, fitted, lambertian, 0, &b);
 	if (status == BSDFRBF_OK)
-		status = choose(context, &b, fit_error, progress_from, progress_to, choice);
+		status = choose(context, &b, lambertian, fit_error, progress_from, progress_to, choice);
 	rbf_left_out_free(&b);
 	if (status != BSDFRBF_OK)
 		rbf_choice_free(choice);

@@ -82,7 +82,13 @@ static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint3
 	}
 	const unsigned op = (unsigned)rbf_symmetry_fold(m->symmetry, in);
 	rbf_mirror(op, in, in);
-	RBF_TRY(rbf_mesh_build(context, m->symmetry, m->bases, m->direction, base, &mesh));
+	unsigned char *out = calloc(m->bases, 1);
+	if (!out)
+		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, base, out);
+	const bsdfrbf_status status = rbf_mesh_build(context, m->symmetry, m->bases, m->direction, out, &mesh);
+	free(out);
+	RBF_TRY(status);
 	const uint32_t item = rbf_mesh_locate(&mesh, in, corner, weight);
 	double squares = 0, whole = 0;
 	const float *at[3];

@@ -35,6 +35,7 @@ struct rbf_lesson {
 	float *score;              /* [pairs] room */
 	uint64_t *part[LEVELS];    /* for a team: where the pairs of a probe in use start, bytes */
 	int failed;                /* the team's */
+	int free;                  /* 1: coefficients need not be those that a mirror image leaves alone */
 	double work;               /* lobes that a judgement of all pairs adds up */
 };
 
@@ -65,9 +66,10 @@ static uint32_t places(const rbf_lesson *s, unsigned map, uint32_t place[])
 		{RBF_UP, {1, 1, 0, 0, 1, 1}},
 		{RBF_ANISOTROPIC, {1, 1, 1, 1, 1, 1, 1, 1}},
 	};
+	const rbf_symmetry kept = s->free ? RBF_ANISOTROPIC : s->fitted->symmetry;
 	uint32_t count = 0;
 	for (size_t r = 0; r < sizeof row / sizeof *row; r++)
-		for (uint32_t n = 0; n < RBF_SIMPLEX_MAX && row[r].symmetry == s->fitted->symmetry; n++)
+		for (uint32_t n = 0; n < RBF_SIMPLEX_MAX && row[r].symmetry == kept; n++)
 			if (row[r].free[n] && (n % 4 != 3 || map == RBF_MAP_LEARNED_TURN)) /* a shift has no use for the constant */
 				place[count++] = n;
 	return count;
@@ -258,7 +260,7 @@ static double climb(rbf_lesson *s, int level, unsigned map, rbf_linear *linear)
 /* Coefficients all over the plane: what is multiplied by a along an axis and by b across it. Returns how many good ones it kept. */
 static int search(rbf_lesson *s, unsigned map, rbf_linear kept[STARTS])
 {
-	const int axes = s->fitted->symmetry == RBF_UP || s->fitted->symmetry == RBF_ANISOTROPIC ? 4 : 1;
+	const int axes = s->free || s->fitted->symmetry == RBF_UP || s->fitted->symmetry == RBF_ANISOTROPIC ? 4 : 1;
 	const int across = s->fitted->symmetry == RBF_ISOTROPIC ? 1 : 5;
 	double value[STARTS];
 	int count = 0;
@@ -336,6 +338,12 @@ double rbf_learn_after(rbf_lesson *s, uint32_t frames, const uint32_t frame[])
 	return sum_up(s, LEVELS - 1, NULL);
 }
 
+double rbf_learn_with(rbf_lesson *s, uint32_t frame)
+{
+	const rbf_candidate *c = &s->fitted->candidate[frame];
+	return quality(s, LEVELS - 1, c->map, &c->linear);
+}
+
 double rbf_learn(rbf_lesson *s, unsigned map, const rbf_linear *start, rbf_linear *found)
 {
 	rbf_linear tried[STARTS];
@@ -361,6 +369,11 @@ double rbf_learn(rbf_lesson *s, unsigned map, const rbf_linear *start, rbf_linea
 		}
 	}
 	return climb(s, LEVELS - 1, map, found);
+}
+
+void rbf_learn_free(rbf_lesson *s)
+{
+	s->free = s->fitted->symmetry != RBF_ISOTROPIC;
 }
 
 int rbf_learn_failed(const rbf_lesson *s)

@@ -14,9 +14,15 @@ void rbf_learn_end(rbf_lesson *lesson);
  * the share of the energy that they predict. Opens OpenMP regions, as does the next. */
 double rbf_learn_after(rbf_lesson *lesson, uint32_t frames, const uint32_t frame[]);
 
+/* The share that another one besides predicts with them. */
+double rbf_learn_with(rbf_lesson *lesson, uint32_t frame);
+
 /* The linear beam under which neighbouring incidences predict each other best, together with those frames. With a start it is
  * refined, else searched for. map: a learned one. Returns the share that is then predicted. */
 double rbf_learn(rbf_lesson *lesson, unsigned map, const rbf_linear *start, rbf_linear *found);
+
+/* From now on beams are learned whose mirror images are others: of a mirrored pair, say. */
+void rbf_learn_free(rbf_lesson *lesson);
 
 /* The coefficients that symmetry leaves free, RBF_SIMPLEX_MAX at most, into x[]; returns how many. */
 uint32_t rbf_learn_get(const rbf_lesson *lesson, unsigned map, const rbf_linear *linear, double x[]);

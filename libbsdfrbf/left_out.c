@@ -12,6 +12,8 @@
 
 enum { TRIALS_MAX = 64, POINTS = 320 };
 enum { SCREEN = 4 }; /* every fourth trial is made first */
+static const float BETWEEN = .15f; /* weight of a corner that an incidence lies between */
+static const double NORMAL = .9999; /* cosine: it is next to all azimuths */
 static const float SCREEN_LOSS = 1.06f;
 
 /* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
@@ -85,7 +87,41 @@ static int trial_points(const rbf_lobes *l, float lambertian, trial *t)
 	return 0;
 }
 
-static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float lambertian, const float *sent, rbf_left_out *b)
+/* Corners and weights of an incidence that is left out, in the mesh of the others. across: without those either that it lies between, but for
+ * normal incidence. Returns 1 if it is inside, 0 if outside, -1 if nothing is left, or with *status an error. */
+static int place_trial(bsdfrbf_context *context, const rbf_fitted *m, int across, trial *t, bsdfrbf_status *status)
+{
+	unsigned char *out = calloc(m->bases, 1);
+	int inside = -1;
+	*status = out ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	if (out)
+		rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, t->base, out);
+	for (int pass = 0; pass <= across && *status == BSDFRBF_OK; pass++) {
+		rbf_mesh mesh;
+		rbf_component shell = {0};
+		rbf_site site;
+		uint32_t corner[3];
+		for (int n = 0; n < 3 && pass; n++)
+			if (t->weight[n] > BETWEEN && m->direction[3 * t->vertex[n].base + 2] < NORMAL)
+				rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, t->vertex[n].base, out);
+		inside = -1;
+		if (!memchr(out, 0, m->bases))
+			break;
+		*status = rbf_mesh_build(context, m->symmetry, m->bases, m->direction, out, &mesh);
+		if (*status != BSDFRBF_OK)
+			break;
+		shell.mesh = mesh;
+		rbf_site_turn(&shell, t->incident, &site);
+		inside = !(rbf_mesh_locate(&mesh, site.incident, corner, t->weight) & RBF_MESH_BORDER);
+		for (int n = 0; n < 3; n++)
+			t->vertex[n] = mesh.vertex[corner[n]];
+		rbf_mesh_free(&mesh);
+	}
+	free(out);
+	return inside;
+}
+
+static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, const float *sent, rbf_left_out *b)
 {
 	if (m->bases < 3)
 		return BSDFRBF_OK;
@@ -93,22 +129,16 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 	/* those inside the mesh of the others; if there are none, those outside it as well */
 	for (int outside = 0; outside < 2 && !b->trials; outside++)
 		for (uint32_t base = step / 2; base < m->bases; base += step) {
-			rbf_mesh mesh;
-			rbf_component shell = {0};
-			rbf_site site;
-			RBF_TRY(rbf_mesh_build(context, m->symmetry, m->bases, m->direction, base, &mesh));
 			trial *t = &b->trial[b->trials];
 			memset(t, 0, sizeof *t);
 			for (int n = 0; n < 3; n++)
 				t->incident[n] = (float)m->direction[3*base + (uint32_t)n];
-			shell.mesh = mesh;
-			rbf_site_turn(&shell, t->incident, &site);
-			uint32_t corner[3];
-			const uint32_t element = rbf_mesh_locate(&mesh, site.incident, corner, t->weight);
-			for (int n = 0; n < 3; n++)
-				t->vertex[n] = mesh.vertex[corner[n]];
-			rbf_mesh_free(&mesh);
-			if (((element & RBF_MESH_BORDER) != 0) != outside)
+			t->base = base;
+			bsdfrbf_status status;
+			const int inside = place_trial(context, m, across, t, &status);
+			if (status != BSDFRBF_OK)
+				return status;
+			if (inside != !outside)
 				continue;
 			for (int n = 0, k = 0; n < 3; n++) {
 				if (!(t->weight[n] > 0))
@@ -116,7 +146,6 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 				rbf_level_of(m, sent, base, t->vertex[n].base, &t->level[k]);
 				rbf_level_of(m, b->arrived, base, t->vertex[n].base, &t->arrived[k++]);
 			}
-			t->base = base;
 			b->trials++; /* counted first: what it allocates is then freed in any case */
 			if (trial_points(&m->lobes[base], lambertian, t))
 				return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
@@ -130,14 +159,14 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 	return BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, rbf_left_out *b)
+bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, rbf_left_out *b)
 {
 	b->fitted = m;
 	b->trials = 0;
 	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
 	float *sent = rbf_levels_sent(m);
 	b->arrived = rbf_levels_arrived(m);
-	const bsdfrbf_status status = b->trial && sent && b->arrived ? make_trials(context, m, lambertian, sent, b)
+	const bsdfrbf_status status = b->trial && sent && b->arrived ? make_trials(context, m, lambertian, across, sent, b)
 		: rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	free(sent);
 	return status;

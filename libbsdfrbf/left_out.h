@@ -31,8 +31,9 @@ typedef struct rbf_left_out {
 	float *arrived;  /* as rbf_levels_arrived() */
 } rbf_left_out;
 
-/* lambertian: luminance of the Lambertian part. To be freed in any case. Errors: MEMORY, INTERNAL. */
-bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, rbf_left_out *left_out);
+/* lambertian: luminance of the Lambertian part. across: those between which an incidence lies are left out with it, so that what it is predicted
+ * from lies the other way: of rings, at other azimuths. To be freed in any case. Errors: MEMORY, INTERNAL. */
+bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, int across, rbf_left_out *left_out);
 void rbf_left_out_free(rbf_left_out *left_out);
 
 /* Labels a choice, unless it has labels, and measures its error. If `best` is given, a few trials are made first, and the others only if the choice is not

@@ -73,14 +73,8 @@ static void snap(rbf_symmetry symmetry, double d[3])
 typedef struct places {
 	size_t count;
 	const double *direction;
-	const double *without; /* one that is left out with all that is together with it, or NULL */
-	double apart;
+	const unsigned char *out; /* as rbf_mesh_build() takes it */
 } places;
-
-static int is_out(rbf_symmetry symmetry, const places *from, size_t i)
-{
-	return from->without && rbf_mesh_together(symmetry, from->direction + 3 * i, from->without, from->apart);
-}
 
 /* All images of all incidences into mesh->vertex and p (4 count entries each). Incidences measured inside the
  * fundamental domain come first: where the measurement covers more than the symmetry needs, theirs are the images
@@ -104,7 +98,7 @@ static int add_vertices(rbf_mesh *mesh, const places *from, double (*p)[3])
 		for (size_t i = 0; i < count; i++) {
 			const double *own = from->direction + 3 * i;
 			double d[3] = { own[0], own[1], fmax(own[2], 0) };
-			if (is_out(mesh->symmetry, from, i) || !(rbf_unit3(d) > 0))
+			if ((from->out && from->out[i]) || !(rbf_unit3(d) > 0))
 				continue;
 			snap(mesh->symmetry, d);
 			const float f[3] = { (float)d[0], (float)d[1], (float)d[2] };
@@ -145,7 +139,7 @@ static void add_segments(rbf_mesh *mesh, const places *from)
 	uint32_t n = 0;
 	for (size_t i = 0; i < from->count; i++) {
 		const double *d = from->direction + 3 * i;
-		if (is_out(mesh->symmetry, from, i))
+		if (from->out && from->out[i])
 			continue;
 		const double theta = atan2(hypot(d[0], d[1]), fmax(d[2], 0));
 		v[n].direction[0] = theta < RBF_MESH_SAME / 2 ? 0 : (float)sin(theta);
@@ -431,7 +425,7 @@ static bsdfrbf_status build_surface(bsdfrbf_context *context, rbf_mesh *mesh, co
 }
 
 bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
-	long exclude, rbf_mesh *mesh)
+	const unsigned char *out, rbf_mesh *mesh)
 {
 	memset(mesh, 0, sizeof *mesh);
 	if (!count || count > INT32_MAX / 16)
@@ -439,7 +433,7 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 	mesh->symmetry = symmetry;
 	mesh->bases = (uint32_t)count;
 	mesh->vertex = calloc(4 * count, sizeof *mesh->vertex);
-	const places from = {count, directions, exclude >= 0 ? directions + 3 * exclude : NULL, rbf_mesh_apart(symmetry, count, directions)};
+	const places from = {count, directions, out};
 	bsdfrbf_status status;
 	if (!mesh->vertex)
 		status = out_of_memory(context);

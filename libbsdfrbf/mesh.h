@@ -95,12 +95,11 @@ bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const
 void rbf_symmetry_found(rbf_symmetry symmetry, rbf_symmetry_choice *choice);
 
 /* Mesh over the directions (count x 3, unit, z >= 0, no duplicates) mirrored by the group. count >= 1.
- * exclude: index of a measured incidence that is left out (leave-one-out) with its mirror images and all that is together with it, or -1;
- * vertex[].base still numbers the incidences as given. Degenerate input (fewer than 3 vertices, all on one great circle) gives
+ * out: of each incidence, 1 if it is left out with its mirror images, or NULL; vertex[].base still numbers the incidences as given. Degenerate input (fewer than 3 vertices, all on one great circle) gives
  * a mesh with 0 elements and borders that chain the vertices (one border (v, v) for a single vertex).
  * Errors: DATA, MEMORY, INTERNAL. */
 bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
-	long exclude, rbf_mesh *mesh);
+	const unsigned char *out, rbf_mesh *mesh);
 void rbf_mesh_free(rbf_mesh *mesh);
 
 /* Distance between unit vectors (isotropic: of angles to the normal, radians) below which two incidences are taken as one place: a quarter
@@ -109,6 +108,9 @@ double rbf_mesh_apart(rbf_symmetry symmetry, size_t count, const double *directi
 
 /* Whether a or one of its images is that near to b. */
 int rbf_mesh_together(rbf_symmetry symmetry, const double a[3], const double b[3], double apart);
+
+/* Marks what is to be left out if an incidence is: all that is together with it. */
+void rbf_mesh_leave_out(rbf_symmetry symmetry, size_t count, const double *directions, size_t which, unsigned char *out);
 
 /* Mean length (radians) of the elements' sides, each as often as elements have it; 0 without elements. */
 double rbf_mesh_spacing(const rbf_mesh *mesh);

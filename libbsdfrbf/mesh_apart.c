@@ -55,3 +55,10 @@ int rbf_mesh_together(rbf_symmetry symmetry, const double a[3], const double b[3
 	}
 	return 0;
 }
+
+void rbf_mesh_leave_out(rbf_symmetry symmetry, size_t count, const double *directions, size_t which, unsigned char *out)
+{
+	const double apart = rbf_mesh_apart(symmetry, count, directions);
+	for (size_t i = 0; i < count; i++)
+		out[i] |= (unsigned char)rbf_mesh_together(symmetry, directions + 3 * i, directions + 3 * which, apart);
+}

@@ -96,7 +96,7 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 	bsdfrbf_model *model = rbf_model_new();
 	rbf_fitted fitted = {.symmetry = p->symmetry, .channels = p->channels, .direction = direction, .bases = bases};
 	rbf_component *c = &model->component[BSDFRBF_RF];
-	if (rbf_mesh_build(context, p->symmetry, fitted.bases, direction, -1, &fitted.mesh) != BSDFRBF_OK) {
+	if (rbf_mesh_build(context, p->symmetry, fitted.bases, direction, NULL, &fitted.mesh) != BSDFRBF_OK) {
 		bsdfrbf_context_free(context);
 		bsdfrbf_close(model);
 		return NULL;

@@ -53,6 +53,32 @@ static void a_beam_is_learned(void **state)
 	bsdfrbf_close(m);
 }
 
+/* Cuts at 45 degrees either way besides what is mirrored: images of each other, but neither of itself. */
+static void crossed(const double in[3], const double out[3], double xyz[3])
+{
+	static const double e[3][2][2] = {{{-1, 0}, {0, -1}}, {{0, 1}, {1, 0}}, {{0, -1}, {-1, 0}}};
+	xyz[0] = xyz[1] = xyz[2] = .01;
+	for (int b = 0; b < 3; b++) {
+		const double x = out[0] - e[b][0][0]*in[0] - e[b][0][1]*in[1], y = out[1] - e[b][1][0]*in[0] - e[b][1][1]*in[1], z = out[2] - in[2];
+		xyz[1] += exp(-40 * (x*x + y*y + z*z));
+	}
+	xyz[0] = xyz[2] = xyz[1];
+}
+
+/* Each of the three is worth little without the others; and motion of all there is, which tells the next ring as well, is wrong at other azimuths. */
+static void beams_are_learned_together(void **state)
+{
+	(void)state;
+	static const plan p = {"crossed", 6, 4, {12, 24, 36, 48, 60, 72}, 0, 30, 0};
+	bsdfrbf_model *m = fixture_build_of(&p, crossed, NULL, 0, 1);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	assert_int_equal(info.symmetry, 'Q');
+	if (!(error_between(m, crossed, 30, 3, (const double[3]){18, 30, 54}) < .08))
+		fail_msg("wrong between the measured incidences");
+	bsdfrbf_close(m);
+}
+
 /* A gloss that rises as Fresnel's reflectance does. */
 static void rising(const double in[3], const double out[3], double xyz[3])
 {
@@ -150,6 +176,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_beam_is_learned),
+		cmocka_unit_test(beams_are_learned_together),
 		cmocka_unit_test(levels_are_evened),
 		cmocka_unit_test(shares_are_limited),
 		cmocka_unit_test(light_is_tuned),

@@ -291,8 +291,12 @@ static int check_mesh(const rbf_mesh *m, const plan *plan, long exclude, int tri
 static rbf_mesh build(rbf_symmetry symmetry, const plan *plan, long exclude)
 {
 	bsdfrbf_context *context = bsdfrbf_context_new();
+	static unsigned char out[MAX_PLAN];
 	rbf_mesh m;
-	const bsdfrbf_status status = rbf_mesh_build(context, symmetry, plan->count, &plan->d[0][0], exclude, &m);
+	memset(out, 0, sizeof out);
+	if (exclude >= 0)
+		rbf_mesh_leave_out(symmetry, plan->count, &plan->d[0][0], (size_t)exclude, out);
+	const bsdfrbf_status status = rbf_mesh_build(context, symmetry, plan->count, &plan->d[0][0], exclude >= 0 ? out : NULL, &m);
 	if (status != BSDFRBF_OK)
 		fail_msg("mesh: %s", bsdfrbf_message(context));
 	bsdfrbf_context_free(context);
@@ -629,9 +633,10 @@ static void test_degenerate(void **state)
 	bsdfrbf_context *context = bsdfrbf_context_new();
 	scratch.count = 0;
 	add(&scratch, 10, 10);
-	assert_int_equal(rbf_mesh_build(context, RBF_ANISOTROPIC, 1, &scratch.d[0][0], 0, &m), BSDFRBF_ERR_DATA);
-	assert_int_equal(rbf_mesh_build(context, RBF_ISOTROPIC, 1, &scratch.d[0][0], 0, &m), BSDFRBF_ERR_DATA);
-	assert_int_equal(rbf_mesh_build(context, RBF_ISOTROPIC, 0, NULL, -1, &m), BSDFRBF_ERR_DATA);
+	const unsigned char all = 1;
+	assert_int_equal(rbf_mesh_build(context, RBF_ANISOTROPIC, 1, &scratch.d[0][0], &all, &m), BSDFRBF_ERR_DATA);
+	assert_int_equal(rbf_mesh_build(context, RBF_ISOTROPIC, 1, &scratch.d[0][0], &all, &m), BSDFRBF_ERR_DATA);
+	assert_int_equal(rbf_mesh_build(context, RBF_ISOTROPIC, 0, NULL, NULL, &m), BSDFRBF_ERR_DATA);
 	assert_true(strlen(bsdfrbf_message(context)) > 0 && !m.vertex);
 	bsdfrbf_context_free(context);
 }

@@ -284,7 +284,7 @@ static void a_frame_is_judged_together(void **state)
 	study s = {.fitted = {.symmetry = p->symmetry, .channels = 1, .direction = direction}};
 	uint64_t seed = 3;
 	s.fitted.bases = random_rings(p, direction);
-	assert_int_equal(rbf_mesh_build(context, p->symmetry, s.fitted.bases, direction, -1, &s.fitted.mesh), BSDFRBF_OK);
+	assert_int_equal(rbf_mesh_build(context, p->symmetry, s.fitted.bases, direction, NULL, &s.fitted.mesh), BSDFRBF_OK);
 	s.fitted.lobes = calloc(s.fitted.bases, sizeof *s.fitted.lobes);
 	for (uint32_t b = 0; b < s.fitted.bases; b++) {
 		rbf_lobes *l = &s.fitted.lobes[b];
