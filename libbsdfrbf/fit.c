@@ -40,7 +40,7 @@ typedef struct rbf_fitting {
 	float (*w)[3];            /* directions: the tree's points */
 	float *y[3];              /* DSF less the Lambertian part */
 	uint32_t (*near)[RBF_NEAR];
-	float *smooth, top;       /* geometric mean of the neighbours, luminance; the highest */
+	float *smooth, top;       /* geometric mean of the neighbours, mixed; the highest */
 	float *total;             /* the same with the Lambertian part: what noise is in proportion to */
 	float *density;           /* of lobes that the signal asks for */
 	float *miss, *sorted;     /* what the fit lacks, over what there is in all; scratch */
@@ -48,7 +48,8 @@ typedef struct rbf_fitting {
 	float *gap;               /* gap_at(), -1: not asked yet */
 	float *area;              /* of the samples held out (areas()), NULL: not asked yet */
 	uint8_t *outlier;         /* 1: not used */
-	const float *level;       /* luminance of y */
+	float mix[3];             /* of the channels, by which each counts alike */
+	float *level;             /* y so mixed: lobes are placed where any channel has light */
 	uint32_t lobes;
 	float (*centre)[3];
 	float *across;            /* gap_at() of those that are samples */
@@ -88,8 +89,9 @@ static int gather(work *k)
 	k->sorted = malloc((in->count + 1) * sizeof(float));
 	k->weight = malloc((in->count + 1) * sizeof(float));
 	k->gap = malloc((in->count + 1) * sizeof(float));
+	k->level = malloc((in->count + 1) * sizeof(float));
 	k->outlier = calloc(in->count + 1, 1);
-	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->near || !k->smooth || !k->total || !k->density || !k->miss || !k->sorted || !k->weight || !k->gap || !k->outlier;
+	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->near || !k->smooth || !k->total || !k->density || !k->miss || !k->sorted || !k->weight || !k->gap || !k->level || !k->outlier;
 	for (size_t i = 0; i < in->count && !failed; i++) {
 		if (k->hold > 1 && i % k->hold == k->hold / 2)
 			continue;
@@ -110,6 +112,31 @@ static int gather(work *k)
 	free(w);
 	free(from);
 	return failed ? -1 : 0;
+}
+
+static float mixed(const work *k, const float value[3])
+{
+	float sum = 0;
+	for (int c = 0; c < k->channels; c++)
+		sum += k->mix[c] * value[c];
+	return sum;
+}
+
+/* Each channel by as much as brings it to the luminance's sum: a blue beam is as much of a beam as a green one. */
+static void mix(work *k)
+{
+	const uint32_t channels = (uint32_t)k->channels;
+	double sum[3] = {0, 0, 0};
+	uint32_t some = 0;
+	for (uint32_t c = 0; c < channels; c++) {
+		for (size_t i = 0; i < k->n; i++)
+			sum[c] += (double)fmaxf(k->y[c][i], 0);
+		some += sum[c] > 0;
+	}
+	for (uint32_t c = 0; c < channels; c++)
+		k->mix[c] = channels == 1 ? 1 : sum[c] > 0 ? (float)(sum[rbf_luminance(channels)] / sum[c] / some) : 0;
+	for (size_t i = 0; i < k->n; i++)
+		k->level[i] = mixed(k, (float[3]){k->y[0][i], channels > 1 ? k->y[1][i] : 0, channels > 1 ? k->y[2][i] : 0});
 }
 
 /* Geometric mean of the nearest samples: a value that noise and outliers hardly move. */
@@ -181,7 +208,7 @@ static int widths(work *k)
 
 static float lambertian_at(const work *k, size_t i)
 {
-	return k->lambertian[rbf_luminance((uint32_t)k->channels)] * k->w[i][2] * (float)(1 / RBF_PI);
+	return mixed(k, k->lambertian) * k->w[i][2] * (float)(1 / RBF_PI);
 }
 
 /* Density of lobes from the smoothed signal, and weights from it and the Lambertian part: max(signal, floor)^-1, since the noisy one would
@@ -262,11 +289,11 @@ static int ascending(const void *a, const void *b)
 /* Sets what the fit lacks; returns by how much noise spreads that. */
 static float find_misses(work *k, const rbf_lobes *fitted)
 {
-	const uint32_t y = rbf_luminance(fitted->channels);
 	for (size_t i = 0; i < k->n; i++) {
 		float value[3];
 		rbf_lobes_sum(fitted, k->w[i], value);
-		k->miss[i] = (k->level[i] - value[y]) / fmaxf(value[y] + lambertian_at(k, i), k->total[i]);
+		const float sum = mixed(k, value);
+		k->miss[i] = (k->level[i] - sum) / fmaxf(sum + lambertian_at(k, i), k->total[i]);
 	}
 	const size_t some = (k->n + SOME - 1) / SOME;
 	for (size_t i = 0; i < some; i++)
@@ -356,16 +383,19 @@ static int areas(work *k)
 static float held_out_error(const work *k, const rbf_lobes *lobes)
 {
 	const rbf_incidence *in = k->incidence;
-	const uint32_t channels = (uint32_t)k->channels, y = rbf_luminance(channels);
+	const uint32_t channels = (uint32_t)k->channels;
 	double difference = 0, total = 0;
 	size_t held = 0;
 	for (size_t i = k->hold / 2; i < in->count && k->hold > 1; i += k->hold) {
 		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
 		float v[3];
-		const double area = (double)k->area[held++], t = (double)in->dsf[i * channels + y];
+		const double area = (double)k->area[held++];
 		rbf_lobes_sum(lobes, w, v);
-		difference += area * fabs(v[y] + k->lambertian[y] * w[2] / RBF_PI - t);
-		total += area * fabs(t);
+		for (uint32_t c = 0; c < channels; c++) {
+			const double t = (double)in->dsf[i * channels + c], part = area * (double)k->mix[c];
+			difference += part * fabs(v[c] + k->lambertian[c] * w[2] / RBF_PI - t);
+			total += part * fabs(t);
+		}
 	}
 	return total > 0 ? (float)(difference / total) : -1;
 }
@@ -392,7 +422,7 @@ rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const f
 		rbf_fit_end(k);
 		return NULL;
 	}
-	k->level = k->y[rbf_luminance((uint32_t)channels)];
+	mix(k);
 	smooth(k, k->level);
 	weigh(k);
 	return k;
@@ -414,6 +444,7 @@ void rbf_fit_end(rbf_fitting *k)
 	free(k->sorted);
 	free(k->weight);
 	free(k->gap);
+	free(k->level);
 	free(k->area);
 	free(k->outlier);
 	free(k);

@@ -302,6 +302,37 @@ static double error_of(const rbf_lobes *l, truth *f)
 	return difference / total;
 }
 
+/* Colours whose beams lie apart, blue by far the faintest: each is fitted where the others are dark. */
+static void colours_apart(void **state)
+{
+	(void)state;
+	static const double at[3][2] = {{-.35, .1}, {0, .1}, {.35, .1}}, strength[3] = {.8, 1, .02};
+	static float value[3 * MOST];
+	rbf_incidence all = {.direction = {0, 0, 1}, .count = 3000, .outgoing = outgoing, .dsf = value};
+	double difference[3] = {0, 0, 0}, total[3] = {0, 0, 0};
+	rbf_lobes l;
+	measure(flat, all.count, 0);
+	for (size_t i = 0; i < all.count; i++)
+		for (int c = 0; c < 3; c++)
+			value[3*i + (size_t)c] = (float)(strength[c] * (beam(outgoing + 3*i, at[c][0], at[c][1], 900) + .01 * outgoing[3*i + 2]));
+	assert_int_equal(rbf_fit(&all, 3, nothing, 150, 0, &l, NULL), 0);
+	for (int i = 0; i < 40000; i++) {
+		const double z = 1 - .95 * (i + .25) / 40000, phi = 2 * RBF_PI * .7548776662 * i, s = sqrt(1 - z*z), o[3] = {s * cos(phi), s * sin(phi), z};
+		const float w[3] = {(float)o[0], (float)o[1], (float)o[2]};
+		float v[3];
+		rbf_lobes_sum(&l, w, v);
+		for (int c = 0; c < 3; c++) {
+			const double truth = strength[c] * (beam(o, at[c][0], at[c][1], 900) + .01 * o[2]);
+			difference[c] += fabs((double)v[c] - truth);
+			total[c] += truth;
+		}
+	}
+	print_message("L1 of the channels %.4f %.4f %.4f\n", difference[0] / total[0], difference[1] / total[1], difference[2] / total[2]);
+	for (int c = 0; c < 3; c++)
+		assert_true(difference[c] < .05 * total[c]);
+	rbf_lobes_free(&l);
+}
+
 static void lobes_are_recovered(void **state)
 {
 	(void)state;
@@ -546,7 +577,7 @@ int main(void)
 		cmocka_unit_test(nearest_neighbours),
 		cmocka_unit_test(left_out), cmocka_unit_test(joined),
 		cmocka_unit_test(farthest_points),
-		cmocka_unit_test(lobes_are_recovered),
+		cmocka_unit_test(lobes_are_recovered), cmocka_unit_test(colours_apart),
 		cmocka_unit_test(diffuse_part),
 		cmocka_unit_test(narrow_peak), cmocka_unit_test(low_peak), cmocka_unit_test(bump),
 		cmocka_unit_test(circles),
