@@ -218,33 +218,34 @@ static bsdfrbf_status fit_all(bsdfrbf_context *context, const char *name, int ch
 	return BSDFRBF_OK;
 }
 
-/* What the azimuths say of the symmetry, the data may contradict: then half a circle is taken as half a turn rather than as a mirror
- * image, if they agree with that and nothing was asked for; else the user is told. */
-static bsdfrbf_status settle_symmetry(bsdfrbf_context *context, const char *name, int asked, job *j, rbf_component *c)
+/* What the azimuths say of the symmetry, the data may contradict: then the other one that these allow is taken, if the data agree with that;
+ * else the user is told. */
+static bsdfrbf_status settle_symmetry(bsdfrbf_context *context, const char *name, job *j, rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
 	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
 	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
-	const int half = m->symmetry == RBF_BILATERAL_X || m->symmetry == RBF_BILATERAL_Y;
-	rbf_asymmetry found, turned;
+	rbf_asymmetry found, other;
 	if (rbf_asymmetry_of(m, m->symmetry, lambertian, &found))
 		return out_of_memory(context);
 	c->facts.asymmetry = found.mean;
 	if (!(found.mean > noise))
 		return BSDFRBF_OK;
-	if (half && !asked) {
-		if (rbf_asymmetry_of(m, RBF_UP, lambertian, &turned))
+	if (j->symmetry.other != m->symmetry) {
+		if (rbf_asymmetry_of(m, j->symmetry.other, lambertian, &other))
 			return out_of_memory(context);
-		if (turned.mean >= 0 && turned.mean < fmaxf(noise, ASYMMETRY_LESS * found.mean)) {
-			rbf_warn(context, "%s: azimuths of half a circle suggest %s, but the data differ from their mirror images by %.0f %% on average, "
-				"and by %.1f %% after half a turn: taken as up, the latter; -s decides otherwise", name, j->symmetry.text,
-				100 * (double)found.mean, 100 * (double)turned.mean);
-			rbf_symmetry_found(RBF_UP, &j->symmetry);
-			m->symmetry = RBF_UP;
-			c->facts.asymmetry = turned.mean;
-			if (!(turned.mean > noise))
+		if (other.mean >= 0 && other.mean < fmaxf(noise, ASYMMETRY_LESS * found.mean)) {
+			char had[sizeof j->symmetry.text];
+			const int asked = j->symmetry.other != RBF_UP;
+			memcpy(had, j->symmetry.text, sizeof had);
+			rbf_symmetry_found(j->symmetry.other, &j->symmetry);
+			rbf_warn(context, "%s: as %s, the data differ from their images by %.0f %% on average, but by %.1f %% as %s: taken so%s", name, had,
+				100 * (double)found.mean, 100 * (double)other.mean, j->symmetry.text, asked ? "" : "; -s decides otherwise");
+			m->symmetry = j->symmetry.symmetry;
+			c->facts.asymmetry = other.mean;
+			if (!(other.mean > noise))
 				return BSDFRBF_OK;
-			found = turned;
+			found = other;
 		}
 	}
 	double theta, phi;
@@ -352,7 +353,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	RBF_TRY(fit_all(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
-	RBF_TRY(settle_symmetry(context, name, symmetry != 0, j, c));
+	RBF_TRY(settle_symmetry(context, name, j, c));
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, NULL, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;

@@ -80,6 +80,7 @@ static inline uint32_t rbf_mesh_cells(const rbf_mesh *mesh)
 /* What the azimuths of the incident directions say. */
 typedef struct rbf_symmetry_choice {
 	rbf_symmetry symmetry;
+	rbf_symmetry other;  /* that the coverage and what was asked for allow as well: the other mirror axis, or half a turn; or the same */
 	char text[160];      /* e.g. "bilateral, mirror y (azimuths 0 to 180 measured)" */
 } rbf_symmetry_choice;
 
@@ -95,8 +96,8 @@ bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const
 void rbf_symmetry_found(rbf_symmetry symmetry, rbf_symmetry_choice *choice);
 
 /* Mesh over the directions (count x 3, unit, z >= 0, no duplicates) mirrored by the group. count >= 1.
- * out: of each incidence, 1 if it is left out with its mirror images, or NULL; vertex[].base still numbers the incidences as given. Degenerate input (fewer than 3 vertices, all on one great circle) gives
- * a mesh with 0 elements and borders that chain the vertices (one border (v, v) for a single vertex).
+ * out: of each incidence, 1 if it is left out with its mirror images, or NULL; vertex[].base still numbers the incidences as given.
+ * Degenerate input (fewer than 3 vertices, all on one great circle) gives a mesh with 0 elements and borders that chain the vertices (one border (v, v) for a single vertex).
  * Errors: DATA, MEMORY, INTERNAL. */
 bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
 	const unsigned char *out, rbf_mesh *mesh);

@@ -206,7 +206,14 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 			rbf_warn(context, "no incident azimuth between %.0f and %.0f degrees, mirror images included: "
 				"the result is interpolated across a wide gap", widest.from, widest.to);
 	}
-	choice->symmetry = symmetry;
+	choice->symmetry = choice->other = symmetry;
+	const rbf_symmetry across = symmetry == RBF_BILATERAL_X ? RBF_BILATERAL_Y : RBF_BILATERAL_X;
+	if (symmetry == RBF_BILATERAL_X || symmetry == RBF_BILATERAL_Y) {
+		if (!asked)
+			choice->other = RBF_UP;
+		else if (!missing_sectors(across, n, azimuth, scratch, missing, 0, &widest))
+			choice->other = across;
+	}
 	if (one_azimuth)
 		snprintf(choice->text, sizeof choice->text, "%s%s (azimuth %.0f measured)", name_of(symmetry),
 			asked ? ", asked for" : "", first);
@@ -265,6 +272,7 @@ bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const
 		case 'A': choice->symmetry = RBF_ANISOTROPIC; break;
 		default: break;
 		}
+		choice->other = choice->symmetry;
 		snprintf(choice->text, sizeof choice->text, "%s%s (normal incidence only)", name_of(choice->symmetry),
 			asked ? ", asked for" : "");
 	} else

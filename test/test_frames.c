@@ -107,6 +107,35 @@ static void bent(const double in[3], const double out[3], double xyz[3])
 	xyz[0] = xyz[1] = xyz[2] = .01 + exp(-60 * (x*x + y*y));
 }
 
+static void bent_along_y(const double in[3], const double out[3], double xyz[3])
+{
+	bent((double[3]){in[1], in[0], in[2]}, (double[3]){out[1], out[0], out[2]}, xyz);
+}
+
+/* Measured all round, and asked for as bilateral: the data tell about which plane. */
+static void the_other_plane(void **state)
+{
+	(void)state;
+	static const plan p = {"bent", 4, 8, {0, 20, 40, 60}, 0, 45, 60};
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_build_options options;
+	bsdfrbf_component_info info;
+	bsdfrbf_build_defaults(&options);
+	options.lobes = p.lobes;
+	options.symmetry = 'B';
+	for (int turned = 0; turned < 2; turned++) {
+		bsdfrbf_model *m;
+		bsdfrbf_data *data = fixture_data(context, turned ? bent_along_y : bent, NULL, 0, 1, &p);
+		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
+		assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+		assert_int_equal(info.mirror_x, turned);
+		assert_int_equal(info.mirror_y, !turned);
+		bsdfrbf_close(m);
+		bsdfrbf_data_free(data);
+	}
+	bsdfrbf_context_free(context);
+}
+
 /* What is still above the horizon tells alone how strong it is there: it counts for those that tell nothing. */
 static void shares_are_limited(void **state)
 {
@@ -178,6 +207,7 @@ int main(void)
 		cmocka_unit_test(a_beam_is_learned),
 		cmocka_unit_test(beams_are_learned_together),
 		cmocka_unit_test(levels_are_evened),
+		cmocka_unit_test(the_other_plane),
 		cmocka_unit_test(shares_are_limited),
 		cmocka_unit_test(light_is_tuned),
 		cmocka_unit_test(slopes_are_met),

@@ -23,7 +23,7 @@ static void on_warning(void *user, const char *text)
 static void choose(const plan *p, char asked, int expected, const char *text)
 {
 	bsdfrbf_context *context = bsdfrbf_context_new();
-	rbf_symmetry_choice choice = { RBF_ANISOTROPIC, "" };
+	rbf_symmetry_choice choice = { .symmetry = RBF_ANISOTROPIC };
 	warned[0] = 0;
 	bsdfrbf_set_warning(context, on_warning, NULL);
 	const bsdfrbf_status status = rbf_symmetry_choose(context, p->count, &p->d[0][0], asked, &choice);
@@ -40,6 +40,30 @@ static void choose(const plan *p, char asked, int expected, const char *text)
 			fail_msg("message '%s' lacks '%s'", bsdfrbf_message(context), text);
 	}
 	bsdfrbf_context_free(context);
+}
+
+/* What else the coverage allows, for the data to decide. */
+static void allows(const plan *p, char asked, rbf_symmetry symmetry, rbf_symmetry other)
+{
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	rbf_symmetry_choice choice;
+	assert_int_equal(rbf_symmetry_choose(context, p->count, &p->d[0][0], asked, &choice), BSDFRBF_OK);
+	assert_int_equal(choice.symmetry, symmetry);
+	assert_int_equal(choice.other, other);
+	bsdfrbf_context_free(context);
+}
+
+static void test_others(void **state)
+{
+	(void)state;
+	allows(rings(1, 12, 72, 12, 0, 180, 20), 0, RBF_BILATERAL_Y, RBF_UP);
+	allows(rings(1, 12, 72, 12, 0, 180, 20), 'B', RBF_BILATERAL_Y, RBF_BILATERAL_Y);
+	allows(rings(1, 12, 72, 12, 90, 270, 20), 'B', RBF_BILATERAL_X, RBF_BILATERAL_X);
+	allows(rings(1, 15, 75, 15, 0, 345, 15), 'B', RBF_BILATERAL_Y, RBF_BILATERAL_X);
+	allows(rings(1, 15, 75, 15, 0, 345, 15), 0, RBF_ANISOTROPIC, RBF_ANISOTROPIC);
+	allows(rings(1, 15, 75, 15, 0, 345, 15), 'Q', RBF_QUADRILATERAL, RBF_QUADRILATERAL);
+	allows(rings(1, 15, 75, 15, 0, 0, 15), 0, RBF_ISOTROPIC, RBF_ISOTROPIC);
+	allows(rings(0, 0, 0, 15, 0, 0, 15), 'B', RBF_BILATERAL_Y, RBF_BILATERAL_Y);
 }
 
 static void test_symmetry(void **state)
@@ -98,6 +122,6 @@ static void test_symmetry(void **state)
 
 int main(void)
 {
-	const struct CMUnitTest tests[] = { cmocka_unit_test(test_symmetry) };
+	const struct CMUnitTest tests[] = { cmocka_unit_test(test_symmetry), cmocka_unit_test(test_others) };
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
