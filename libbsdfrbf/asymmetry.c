@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 
+enum { TURNED = 4 }; /* other azimuths at most that an incidence of an isotropic material is compared with */
 static const float SAME = .0087f; /* half a degree: an incidence is the image of another */
 
 int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertian, rbf_asymmetry *found)
@@ -17,22 +18,25 @@ int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertia
 		for (int n = 0; n < 3; n++)
 			d[b][n] = (float)m->direction[3*b + (uint32_t)n];
 	const int failed = !d || rbf_tree_build(&tree, m->bases, (const float (*)[3])d);
-	if (symmetry != RBF_ISOTROPIC) /* an isotropic material is a mirror image of itself about the plane of incidence */
+	if (symmetry != RBF_ISOTROPIC) /* an isotropic material is a mirror image of itself about the plane of incidence, whichever that is: all were turned */
 		ops = rbf_symmetry_ops(symmetry, op);
 	*found = (rbf_asymmetry){.mean = -1, .worst = -1};
 	for (uint32_t b = 0; b < m->bases && !failed; b++)
 		for (int i = 1; i < ops; i++) { /* the first is none */
-			float image[3], distance;
-			uint32_t other;
+			float image[3], distance[TURNED];
+			uint32_t other[TURNED];
 			rbf_mirror((unsigned)op[i], d[b], image);
-			if (rbf_tree_nearest(&tree, image, 1, &other, &distance) < 1 || distance > SAME * SAME || other < b) /* a pair counts once */
-				continue;
-			const float l1 = rbf_difference(&m->lobes[b], &m->lobes[other], (unsigned)op[i], lambertian);
-			sum += (double)l1;
-			count++;
-			if (l1 > found->worst) {
-				found->worst = l1;
-				found->base = b;
+			const int near = rbf_tree_nearest(&tree, image, symmetry == RBF_ISOTROPIC ? TURNED : 1, other, distance);
+			for (int n = 0; n < near; n++) {
+				if (distance[n] > SAME * SAME || other[n] < b) /* a pair counts once */
+					continue;
+				const float l1 = rbf_difference(&m->lobes[b], &m->lobes[other[n]], (unsigned)op[i], lambertian);
+				sum += (double)l1;
+				count++;
+				if (l1 > found->worst) {
+					found->worst = l1;
+					found->base = b;
+				}
 			}
 		}
 	if (count)

@@ -10,6 +10,7 @@ enum { FRAMES_MAX = 3 };
 static const rbf_belief BELIEF = {.sharpness = 4};
 static const float SHARPER = 2; /* times as sharp, and as blunt, are tried once the frames are chosen */
 static const float ENOUGH = 1.25f; /* times the error of the fits: no better frame is looked for */
+static const float FAILED = 4; /* and above this the frames have failed: they are looked for once more */
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
@@ -145,12 +146,12 @@ static int contest_learned(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice
 	return 0;
 }
 
-/* Frames learned from the data: one in the place of all, one more, then each anew. */
+/* Frames learned from the data: one in the place of the only one, one more, then each anew. */
 static int learn(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 {
 	static const unsigned map[2] = {RBF_MAP_LEARNED_SHIFT, RBF_MAP_LEARNED_TURN};
 	int failed = 0;
-	for (int more = 0; more < 2 && !failed && best->frames < RBF_MAX_FRAMES; more++) {
+	for (int more = best->frames > 1; more < 2 && !failed && best->frames < RBF_MAX_FRAMES; more++) {
 		rbf_choice others = {.belief = best->belief};
 		rbf_linear found[2];
 		const double known = rbf_learn_after(lesson, best->frames, best->frame);
@@ -216,12 +217,41 @@ static int best_addition(rbf_fitted *m, rbf_lesson *lesson, const rbf_choice *ru
 	return 0;
 }
 
+/* As another choice, but still to be labelled. */
+static rbf_choice again(const rbf_choice *of)
+{
+	rbf_choice next = *of;
+	next.label = NULL;
+	next.base_error = NULL;
+	return next;
+}
+
+/* Each frame in turn gives way to one of the list, if that lowers the error clearly. */
+static int exchange(const rbf_left_out *b, rbf_choice *best)
+{
+	int failed = 0;
+	for (uint32_t f = 0; f < best->frames && !failed; f++) {
+		rbf_choice round = {0};
+		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
+			rbf_choice next = again(best);
+			int there = b->fitted->symmetry == RBF_ISOTROPIC && !rbf_map_get(map)->plane;
+			for (uint32_t g = 0; g < best->frames; g++)
+				there |= best->frame[g] == map;
+			next.frame[f] = map;
+			if (!there)
+				failed = contest(b, &round, next, best);
+		}
+		win(best, &round, failed ? 0 : GAIN);
+	}
+	return failed;
+}
+
 /* Frames anew, each what predicts most of what those before leave. Frames that joined by how much they lower the error began with a compromise
  * between beams, where there are several; and mirror images of a beam that is none of its own may be two of them. */
 static int climb(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 {
 	rbf_choice rungs = {.belief = best->belief};
-	int learned = 0;
+	int learned = 0, better = 0;
 	rbf_learn_free(lesson);
 	while (rungs.frames < RBF_MAX_FRAMES) {
 		uint32_t frame;
@@ -234,18 +264,9 @@ static int climb(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 		rbf_choice round = {0};
 		if (contest(b, &round, rungs, NULL))
 			return -1;
-		win(best, &round, learned ? LEARNED_GAIN : GAIN);
+		better |= win(best, &round, learned ? LEARNED_GAIN : GAIN);
 	}
-	return 0;
-}
-
-/* As another choice, but still to be labelled. */
-static rbf_choice again(const rbf_choice *of)
-{
-	rbf_choice next = *of;
-	next.label = NULL;
-	next.base_error = NULL;
-	return next;
+	return better ? exchange(b, best) : 0;
 }
 
 /* Adds listed frames to `best`, one at a time, as long as each lowers the error clearly. */
@@ -403,7 +424,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	int learned = 0;
 	if (!failed && best.error > ENOUGH * fit_error) {
 		rbf_lesson *lesson = rbf_learn_begin(b->fitted);
-		failed = !lesson || learn(b, lesson, &best) || (best.error > ENOUGH * fit_error && climb(b, lesson, &best));
+		failed = !lesson || learn(b, lesson, &best) || (best.error > FAILED * fit_error && climb(b, lesson, &best));
 		rbf_learn_end(lesson);
 		learned = best.error < listed.error;
 		failed = failed || (learned && add_frames(b, &best));
@@ -411,15 +432,16 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	}
 	if (rbf_progress(context, "learned frames", from + step * (RBF_MAPS_LISTED + 2)))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	/* two other beliefs, and what is settled where beams coincide unless that is clearly worse: few incidences tell */
+	/* two other beliefs; and what is settled: widely if that is clearly better, or else where beams coincide unless that is clearly worse, as few
+	 * incidences tell */
 	const rbf_belief had = best.belief;
-	for (int n = 0; n < 3 && !failed && best.frames > 1; n++) {
+	for (int n = 0; n < 4 && !failed && best.frames > 1 && !best.belief.settled; n++) {
 		rbf_choice next = again(&best), round = {0};
 		if (n < 2)
 			next.belief.sharpness = n ? had.sharpness / SHARPER : had.sharpness * SHARPER;
-		next.belief.settled = n == 2;
+		next.belief.settled = n == 2 ? 2 : n == 3;
 		failed = contest(b, &round, next, &best);
-		win(&best, &round, failed ? 0 : n == 2 ? SETTLED_LOSS : 1);
+		win(&best, &round, failed ? 0 : n < 2 ? 1 : n == 2 ? GAIN : SETTLED_LOSS);
 		*choice = best;
 	}
 	failed = failed || drop_frames(b, &best) || limit(b, &best) || even(b, &best) || tune(b, &best);
@@ -430,7 +452,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	rbf_choice moved = {0};
 	for (int n = 0; n < 5 && !failed; n++) {
 		const rbf_choice *frames = &still[n / 2];
-		rbf_choice next = again(frames);
+		rbf_choice next = n < 2 ? alike(b, &best) : again(frames);
 		next.cap = n < 4 ? caps[n % 2] : 2;
 		if (n / 2 != 1 || learned)
 			failed = contest(b, &moved, next, &best);

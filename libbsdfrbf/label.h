@@ -66,7 +66,7 @@ typedef struct rbf_belief {
 	float sharpness; /* exponent of a prediction */
 	int faint;       /* shares count by their roots, and a third of a per cent is enough, for beams of little energy that stand high above what is
 	                  * around them */
-	int settled;     /* then rbf_settle() */
+	int settled;     /* then rbf_settle(): 1, or 2: wide */
 } rbf_belief;
 
 /* Labels for a list of frames (indices of candidates): label[f * lobes + i], i counted over all bases; 0 where below 1e-3, sums to 1 over f.

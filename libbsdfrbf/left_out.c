@@ -305,7 +305,7 @@ int rbf_choice_label(const rbf_fitted *m, rbf_choice *choice)
 	if (!choice->label)
 		return -1;
 	rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
-	if (choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->label, choice->share))
+	if (choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->belief.settled > 1, choice->label, choice->share))
 		return -1;
 	drop_empty(choice, m->lobe_first[m->bases]);
 	return 0;

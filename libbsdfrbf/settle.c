@@ -6,17 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SETTLING = 30 }; /* rounds */
+enum { SETTLING = 30, SWEEPS = 2 }; /* rounds at an incidence; over all of them, as what one shows depends on how its neighbours are settled */
+static const float WIDE = 5; /* sigmas: beams that are nearer share lobes */
 
-/* Whether the beams of two frames lie on each other at incidence k, for a lobe that is as wide as sigma. */
-static int coincide(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], const float k[3], float sigma)
+/* Whether the beams of two frames are that near to each other at incidence k. */
+static int coincide(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], const float k[3], float near)
 {
 	float e[RBF_MAX_FRAMES][3];
 	for (uint32_t f = 0; f < frames; f++) {
 		const rbf_candidate *c = &m->candidate[frame[f]];
 		rbf_map_source(rbf_map_get(c->map)->kind == RBF_KIND_HALF ? RBF_MAP_MIRROR : c->map, &c->linear, k, e[f]);
 		for (uint32_t g = 0; g < f; g++)
-			if (share[f] > 0 && share[g] > 0 && hypotf(e[f][0] - e[g][0], e[f][1] - e[g][1]) < sigma)
+			if (share[f] > 0 && share[g] > 0 && hypotf(e[f][0] - e[g][0], e[f][1] - e[g][1]) < near)
 				return 1;
 	}
 	return 0;
@@ -80,14 +81,14 @@ RBF_CLONES static float add_up(const rbf_amplitude *seen, const rbf_amplitude *a
 	return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
 }
 
-static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], rbf_lobes *const part[], uint32_t base,
-	matter *to)
+static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], float near, rbf_lobes *const part[],
+	uint32_t base, matter *to)
 {
 	const rbf_lobes *l = &m->lobes[base];
 	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
 	*to = (matter){.lobe = malloc((l->count + 1) * sizeof *to->lobe)};
 	for (uint32_t i = 0; i < l->count && to->lobe; i++)
-		if (coincide(m, frames, frame, share, k, 1 / sqrtf(rbf_lobe_kappa(l, i))))
+		if (coincide(m, frames, frame, share, k, near / sqrtf(rbf_lobe_kappa(l, i))))
 			to->lobe[to->lobes++] = i;
 	to->point = malloc((to->lobes + 1) * sizeof *to->point);
 	to->wanted = malloc((to->lobes + 1) * sizeof *to->wanted);
@@ -140,7 +141,7 @@ static void settle_base(const rbf_fitted *m, uint32_t frames, const matter *to, 
 	}
 }
 
-int rbf_settle(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float *label, const float share[])
+static int sweep(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float near, float *label, const float share[])
 {
 	const uint32_t lobes = m->lobe_first[m->bases];
 	float *next = malloc(((size_t)lobes * frames + 1) * sizeof *next);
@@ -157,7 +158,7 @@ int rbf_settle(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], flo
 		rbf_lobes here[RBF_MAX_FRAMES];
 		for (uint32_t f = 0; f < frames; f++)
 			here[f] = own[f][b];
-		if (set_matter(m, frames, frame, share, part, (uint32_t)b, &to))
+		if (set_matter(m, frames, frame, share, near, part, (uint32_t)b, &to))
 			failed = 1;
 		else
 			settle_base(m, frames, &to, (uint32_t)b, here, label, next + (size_t)m->lobe_first[b] * frames);
@@ -172,4 +173,12 @@ int rbf_settle(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], flo
 	}
 	free(next);
 	return failed ? -1 : 0;
+}
+
+int rbf_settle(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], int wide, float *label, const float share[])
+{
+	int failed = 0;
+	for (int n = 0; n < (wide ? SWEEPS : 1) && !failed; n++)
+		failed = sweep(m, frames, frame, wide ? WIDE : 1, label, share);
+	return failed;
 }

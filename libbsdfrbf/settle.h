@@ -6,6 +6,6 @@
 #include "label.h"
 
 /* Changes the labels of lobes where beams of frames with a share coincide, so that what belongs to each frame there looks as the labelled
- * neighbours predict; arguments as of rbf_label(). Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up. */
-int rbf_settle(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], float *label, const float share[]);
+ * neighbours predict; arguments as of rbf_label(). wide: also where they are near each other, and twice, as neighbours are settled too. Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up. */
+int rbf_settle(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], int wide, float *label, const float share[]);
 #endif

@@ -165,6 +165,31 @@ static void keep_warning(void *user, const char *text)
 	snprintf(last_warning, sizeof last_warning, "%s", text);
 }
 
+/* Asked for as isotropic: incidences at other azimuths say whether it is. */
+static void isotropy_is_checked(void **state)
+{
+	(void)state;
+	static const plan plans[] = {{"brushed", 3, 2, {20, 40, 60}, 0, 90, 60}, {"satin", 3, 3, {20, 40, 60}, 0, 50, 60}};
+	for (int n = 0; n < 2; n++) {
+		const struct material *material = material_find(plans[n].material);
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, &plans[n]);
+		bsdfrbf_build_options options;
+		bsdfrbf_model *m;
+		bsdfrbf_build_defaults(&options);
+		options.lobes = plans[n].lobes;
+		options.symmetry = 'I';
+		last_warning[0] = 0;
+		bsdfrbf_set_warning(context, keep_warning, NULL);
+		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
+		if ((strstr(last_warning, "differ from their images by") == NULL) != n)
+			fail_msg("%s: '%s'", plans[n].material, last_warning);
+		bsdfrbf_close(m);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 /* Half a circle of azimuths is what a mirror image needs as well as half a turn: which of them it is, the data say. */
 static void half_a_turn_is_found(void **state)
 {
@@ -473,7 +498,7 @@ int main(void)
 		cmocka_unit_test(values_are_finite),
 		cmocka_unit_test(unusual_plans),
 		cmocka_unit_test(measured_incidences_are_met),
-		cmocka_unit_test(half_a_turn_is_found),
+		cmocka_unit_test(isotropy_is_checked), cmocka_unit_test(half_a_turn_is_found),
 		cmocka_unit_test(no_steps),
 		cmocka_unit_test(cut_offs_are_found),
 		cmocka_unit_test(symmetry_holds),
