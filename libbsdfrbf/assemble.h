@@ -4,7 +4,7 @@
 #define RBF_ASSEMBLE_H
 #include "label.h"
 
-/* Lobe sets, with their sampling tables, for `frames` frames (indices of candidates) the labels of rbf_label(), and
+/* Lobe sets, with their sampling tables, for `frames` frames (indices of candidates), the labels of rbf_label(), and
  * the limits of the frames' shares (model.h; NULL or 0: those of the maps). Arrays of a former assembly in
  * `component` are not freed. The mesh is borrowed from fitted->mesh. Returns 0, or -1 when out of memory. */
 int rbf_assemble_sets(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], const float *label, const float limit[],

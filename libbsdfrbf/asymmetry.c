@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum { TURNED = 4 }; /* other azimuths at most that an incidence of an isotropic material is compared with */
+enum { TURNED = 4 }; /* incidences, itself among them, that one of an isotropic material is compared with at most */
 static const float SAME = .0087f; /* half a degree: an incidence is the image of another */
 
 int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertian, rbf_asymmetry *found)

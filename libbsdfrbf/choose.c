@@ -14,7 +14,6 @@ static const float FAILED = 4; /* and above this the frames have failed: they ar
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
-static const float ACROSS_LOSS = 1; /* unless that is worse than this across azimuths */
 static const float SETTLED_LOSS = 1.01f;
 static const float LIMIT_GAIN = .99f; /* other limits of shares must lower the error to this share */
 static const float EVEN_GAIN = .99f; /* evened levels must lower the error to this share */
@@ -182,6 +181,15 @@ static int learn(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 	return failed;
 }
 
+/* Whether a listed map may join the frames of a choice. */
+static int may_join(const rbf_fitted *m, const rbf_choice *c, unsigned map)
+{
+	int may = m->symmetry != RBF_ISOTROPIC || rbf_map_get(map)->plane;
+	for (uint32_t f = 0; f < c->frames; f++)
+		may &= c->frame[f] != map;
+	return may;
+}
+
 /* The frame that predicts most of what those of `rungs` leave, from the list, or learned where that is clearly more: a candidate.
  * *frame: RBF_CANDIDATES if there is none. */
 static int best_addition(rbf_fitted *m, rbf_lesson *lesson, const rbf_choice *rungs, uint32_t *frame)
@@ -190,7 +198,7 @@ static int best_addition(rbf_fitted *m, rbf_lesson *lesson, const rbf_choice *ru
 	double top = known + LEARN_GAIN;
 	*frame = RBF_CANDIDATES;
 	for (unsigned map = 0; map < RBF_MAPS_LISTED; map++) {
-		const double with = m->symmetry == RBF_ISOTROPIC && !rbf_map_get(map)->plane ? 0 : rbf_learn_with(lesson, map);
+		const double with = may_join(m, rungs, map) ? rbf_learn_with(lesson, map) : 0;
 		if (with > top) {
 			top = with;
 			*frame = map;
@@ -234,11 +242,8 @@ static int exchange(const rbf_left_out *b, rbf_choice *best)
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
 			rbf_choice next = again(best);
-			int there = b->fitted->symmetry == RBF_ISOTROPIC && !rbf_map_get(map)->plane;
-			for (uint32_t g = 0; g < best->frames; g++)
-				there |= best->frame[g] == map;
 			next.frame[f] = map;
-			if (!there)
+			if (may_join(b->fitted, best, map))
 				failed = contest(b, &round, next, best);
 		}
 		win(best, &round, failed ? 0 : GAIN);
@@ -252,7 +257,7 @@ static int climb(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 {
 	rbf_choice rungs = {.belief = best->belief};
 	int learned = 0, better = 0;
-	rbf_learn_free(lesson);
+	rbf_learn_loosen(lesson);
 	while (rungs.frames < RBF_MAX_FRAMES) {
 		uint32_t frame;
 		if (best_addition(b->fitted, lesson, &rungs, &frame))
@@ -272,17 +277,13 @@ static int climb(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 /* Adds listed frames to `best`, one at a time, as long as each lowers the error clearly. */
 static int add_frames(const rbf_left_out *b, rbf_choice *best)
 {
-	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
 	int better = 1, failed = 0;
 	while (better && !failed && best->frames < FRAMES_MAX) {
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
 			rbf_choice next = again(best);
-			int there = plane && !rbf_map_get(map)->plane;
-			for (uint32_t f = 0; f < best->frames; f++)
-				there |= best->frame[f] == map;
 			next.frame[next.frames++] = map;
-			if (!there)
+			if (may_join(b->fitted, best, map))
 				failed = contest(b, &round, next, best);
 		}
 		better = win(best, &round, failed ? 0 : GAIN);
@@ -371,15 +372,15 @@ static int tune(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
-/* Motion between rings tells nothing of other azimuths. Where it is clearly worse than the frames across them, it is not taken: its error
- * is then INFINITY. */
+/* Motion between rings tells nothing of other azimuths. Where it is worse than the frames across them, it is not taken: its error is
+ * then INFINITY. */
 static int ask_across(bsdfrbf_context *context, const rbf_left_out *b, float lambertian, const rbf_choice *still, rbf_choice *moved)
 {
 	rbf_left_out across;
 	rbf_choice one = alike(b, still), other = alike(b, moved);
 	int failed = rbf_left_out_make(context, b->fitted, lambertian, 1, &across) != BSDFRBF_OK;
 	failed = failed || (across.trials && (rbf_left_out_error(&across, &one, NULL) || rbf_left_out_error(&across, &other, NULL)));
-	if (!failed && across.trials && other.error > ACROSS_LOSS * one.error)
+	if (!failed && across.trials && other.error > one.error)
 		moved->error = INFINITY;
 	rbf_left_out_free(&across);
 	rbf_choice_free(&one);
@@ -401,7 +402,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	}
 	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
 	for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
-		if (plane && !rbf_map_get(map)->plane)
+		if (!may_join(b->fitted, &best, map))
 			continue;
 		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}, .belief = BELIEF}, best.frames ? &best : NULL);
 		*choice = best;

@@ -371,7 +371,7 @@ double rbf_learn(rbf_lesson *s, unsigned map, const rbf_linear *start, rbf_linea
 	return climb(s, LEVELS - 1, map, found);
 }
 
-void rbf_learn_free(rbf_lesson *s)
+void rbf_learn_loosen(rbf_lesson *s)
 {
 	s->free = s->fitted->symmetry != RBF_ISOTROPIC;
 }

@@ -22,7 +22,7 @@ double rbf_learn_with(rbf_lesson *lesson, uint32_t frame);
 double rbf_learn(rbf_lesson *lesson, unsigned map, const rbf_linear *start, rbf_linear *found);
 
 /* From now on beams are learned whose mirror images are others: of a mirrored pair, say. */
-void rbf_learn_free(rbf_lesson *lesson);
+void rbf_learn_loosen(rbf_lesson *lesson);
 
 /* The coefficients that symmetry leaves free, RBF_SIMPLEX_MAX at most, into x[]; returns how many. */
 uint32_t rbf_learn_get(const rbf_lesson *lesson, unsigned map, const rbf_linear *linear, double x[]);

@@ -87,15 +87,15 @@ static int trial_points(const rbf_lobes *l, float lambertian, trial *t)
 	return 0;
 }
 
-/* Corners and weights of an incidence that is left out, in the mesh of the others. across: without those either that it lies between, but for
- * normal incidence. Returns 1 if it is inside, 0 if outside, -1 if nothing is left, or with *status an error. */
-static int place_trial(bsdfrbf_context *context, const rbf_fitted *m, int across, trial *t, bsdfrbf_status *status)
+/* Corners and weights of an incidence in the mesh of those that are not left out with it. across: without those either that it lies between,
+ * but for normal incidence. Returns 1 if it is inside, 0 if outside, -1 if nothing is left, or with *status an error. */
+static int place_trial(bsdfrbf_context *context, const rbf_fitted *m, const unsigned char *left_out, int across, trial *t, bsdfrbf_status *status)
 {
-	unsigned char *out = calloc(m->bases, 1);
+	unsigned char *out = malloc(m->bases);
 	int inside = -1;
 	*status = out ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	if (out)
-		rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, t->base, out);
+		memcpy(out, left_out, m->bases);
 	for (int pass = 0; pass <= across && *status == BSDFRBF_OK; pass++) {
 		rbf_mesh mesh;
 		rbf_component shell = {0};
@@ -121,7 +121,9 @@ static int place_trial(bsdfrbf_context *context, const rbf_fitted *m, int across
 	return inside;
 }
 
-static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, const float *sent, rbf_left_out *b)
+/* out: room, [bases]. */
+static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, const float *sent, unsigned char *out,
+	rbf_left_out *b)
 {
 	if (m->bases < 3)
 		return BSDFRBF_OK;
@@ -135,7 +137,9 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 				t->incident[n] = (float)m->direction[3*base + (uint32_t)n];
 			t->base = base;
 			bsdfrbf_status status;
-			const int inside = place_trial(context, m, across, t, &status);
+			memset(out, 0, m->bases);
+			rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, base, out);
+			const int inside = place_trial(context, m, out, across, t, &status);
 			if (status != BSDFRBF_OK)
 				return status;
 			if (inside != !outside)
@@ -143,8 +147,8 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 			for (int n = 0, k = 0; n < 3; n++) {
 				if (!(t->weight[n] > 0))
 					continue;
-				rbf_level_of(m, sent, base, t->vertex[n].base, &t->level[k]);
-				rbf_level_of(m, b->arrived, base, t->vertex[n].base, &t->arrived[k++]);
+				rbf_level_of(m, sent, out, t->vertex[n].base, &t->level[k]);
+				rbf_level_of(m, b->arrived, out, t->vertex[n].base, &t->arrived[k++]);
 			}
 			b->trials++; /* counted first: what it allocates is then freed in any case */
 			if (trial_points(&m->lobes[base], lambertian, t))
@@ -165,10 +169,12 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 	b->trials = 0;
 	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
 	float *sent = rbf_levels_sent(m);
+	unsigned char *out = malloc(m->bases + 1);
 	b->arrived = rbf_levels_arrived(m);
-	const bsdfrbf_status status = b->trial && sent && b->arrived ? make_trials(context, m, lambertian, across, sent, b)
+	const bsdfrbf_status status = b->trial && sent && out && b->arrived ? make_trials(context, m, lambertian, across, sent, out, b)
 		: rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	free(sent);
+	free(out);
 	return status;
 }
 

@@ -43,15 +43,14 @@ static void keep(around *a, int most, uint32_t base, const float d[3], double sq
 	memcpy(a->near[at].d, d, sizeof a->near[at].d);
 }
 
-static void look_around(const rbf_fitted *m, uint32_t without, const float k[3], around *a)
+static void look_around(const rbf_fitted *m, const unsigned char *out, const float k[3], around *a)
 {
 	const int plane = m->symmetry == RBF_ISOTROPIC;
 	int op[4] = {RBF_OP_NONE, RBF_OP_X};
 	const int ops = plane ? 2 : rbf_symmetry_ops(m->symmetry, op);
-	const double *out = without < m->bases ? m->direction + 3 * without : NULL, apart = out ? rbf_mesh_apart(m->symmetry, m->bases, m->direction) : 0;
 	a->count = 0;
 	for (uint32_t b = 0; b < m->bases; b++) {
-		if (out && rbf_mesh_together(m->symmetry, m->direction + 3 * b, out, apart))
+		if (out && out[b])
 			continue;
 		const float own[3] = {(float)m->direction[3*b], (float)m->direction[3*b + 1], (float)m->direction[3*b + 2]};
 		for (int n = 0; n < ops; n++) {
@@ -122,7 +121,7 @@ float *rbf_levels_arrived(const rbf_fitted *m)
 	return root;
 }
 
-void rbf_level_of(const rbf_fitted *m, const float root[], uint32_t without, uint32_t base, rbf_level *level)
+void rbf_level_of(const rbf_fitted *m, const float root[], const unsigned char *out, uint32_t base, rbf_level *level)
 {
 	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
 	const double own = (double)root[base];
@@ -130,7 +129,7 @@ void rbf_level_of(const rbf_fitted *m, const float root[], uint32_t without, uin
 	double normal[TERMS][TERMS] = {{0}}, x[TERMS] = {0}, trace = 0;
 	around a;
 	*level = (rbf_level){.root = (float)own, .kept = 1};
-	look_around(m, without, k, &a);
+	look_around(m, out, k, &a);
 	if (!a.count)
 		return;
 	rbf_basis(k, t, s);
@@ -159,7 +158,7 @@ rbf_level *rbf_levels_all(const rbf_fitted *m, const float *root, int slopes)
 	rbf_level *level = root ? malloc(((size_t)m->bases + 1) * sizeof *level) : NULL;
 	#pragma omp parallel for schedule(static)
 	for (int64_t b = 0; b < (level ? (int64_t)m->bases : 0); b++) {
-		rbf_level_of(m, root, RBF_LEVELS_ALL, (uint32_t)b, &level[b]);
+		rbf_level_of(m, root, NULL, (uint32_t)b, &level[b]);
 		if (!slopes)
 			rbf_level_flatten(&level[b]);
 	}

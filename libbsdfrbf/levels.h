@@ -9,9 +9,8 @@
 float *rbf_levels_sent(const rbf_fitted *fitted);
 float *rbf_levels_arrived(const rbf_fitted *fitted);
 
-/* Level of one incidence, from such roots. without: an incidence that is left out, or RBF_LEVELS_ALL. */
-#define RBF_LEVELS_ALL UINT32_MAX
-void rbf_level_of(const rbf_fitted *fitted, const float root[], uint32_t without, uint32_t base, rbf_level *level);
+/* Level of one incidence, from such roots. out: as rbf_mesh_build() takes it. */
+void rbf_level_of(const rbf_fitted *fitted, const float root[], const unsigned char *out, uint32_t base, rbf_level *level);
 
 /* As if no incidence around told anything. */
 static inline void rbf_level_flatten(rbf_level *level)

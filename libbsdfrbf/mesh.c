@@ -141,7 +141,7 @@ static void add_segments(rbf_mesh *mesh, const places *from)
 		const double *d = from->direction + 3 * i;
 		if (from->out && from->out[i])
 			continue;
-		const double theta = atan2(hypot(d[0], d[1]), fmax(d[2], 0));
+		const double theta = rbf_theta3(d);
 		v[n].direction[0] = theta < RBF_MESH_SAME / 2 ? 0 : (float)sin(theta);
 		v[n].direction[1] = 0;
 		v[n].direction[2] = d[2] > 0 ? (float)cos(theta) : 0;
@@ -397,7 +397,8 @@ static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
 	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory for the mesh of incident directions");
 }
 
-static bsdfrbf_status build_surface(bsdfrbf_context *context, rbf_mesh *mesh, const places *from, double (*p)[3], rbf_triangle **triangle, uint32_t **number, unsigned char **used)
+static bsdfrbf_status build_surface(bsdfrbf_context *context, rbf_mesh *mesh, const places *from, double (*p)[3],
+	rbf_triangle **triangle, uint32_t **number, unsigned char **used)
 {
 	size_t triangles = 0;
 	double pole[3];

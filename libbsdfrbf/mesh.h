@@ -97,20 +97,15 @@ void rbf_symmetry_found(rbf_symmetry symmetry, rbf_symmetry_choice *choice);
 
 /* Mesh over the directions (count x 3, unit, z >= 0, no duplicates) mirrored by the group. count >= 1.
  * out: of each incidence, 1 if it is left out with its mirror images, or NULL; vertex[].base still numbers the incidences as given.
- * Degenerate input (fewer than 3 vertices, all on one great circle) gives a mesh with 0 elements and borders that chain the vertices (one border (v, v) for a single vertex).
+ * Degenerate input (fewer than 3 vertices, all on one great circle) gives a mesh with 0 elements and borders that chain the vertices (one
+ * border (v, v) for a single vertex).
  * Errors: DATA, MEMORY, INTERNAL. */
 bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
 	const unsigned char *out, rbf_mesh *mesh);
 void rbf_mesh_free(rbf_mesh *mesh);
 
-/* Distance between unit vectors (isotropic: of angles to the normal, radians) below which two incidences are taken as one place: a quarter
- * of how far apart so many would be if they were spread evenly. directions: count x 3. */
-double rbf_mesh_apart(rbf_symmetry symmetry, size_t count, const double *directions);
-
-/* Whether a or one of its images is that near to b. */
-int rbf_mesh_together(rbf_symmetry symmetry, const double a[3], const double b[3], double apart);
-
-/* Marks what is to be left out if an incidence is: all that is together with it. */
+/* Marks what is to be left out if an incidence is, as one tells nothing new of the other: all that was measured at the same place or at an
+ * image of it, within a quarter of an even spacing. directions: count x 3; out: [count]. */
 void rbf_mesh_leave_out(rbf_symmetry symmetry, size_t count, const double *directions, size_t which, unsigned char *out);
 
 /* Mean length (radians) of the elements' sides, each as often as elements have it; 0 without elements. */

@@ -4,11 +4,6 @@
 
 static const double APART = .25; /* of an even spacing */
 
-static double theta_of(const double d[3])
-{
-	return atan2(hypot(d[0], d[1]), fmax(d[2], 0));
-}
-
 /* Mean width of the gaps between polar angles, each as often as it is wide. */
 static double mean_gap(size_t count, const double *directions)
 {
@@ -18,7 +13,7 @@ static double mean_gap(size_t count, const double *directions)
 	double squares = 0, all = 0;
 	int last = -1;
 	for (size_t i = 0; i < count; i++)
-		there[(int)(theta_of(directions + 3 * i) / step)] = 1;
+		there[(int)(rbf_theta3(directions + 3 * i) / step)] = 1;
 	for (int n = 0; n <= STEPS; n++) {
 		if (!there[n])
 			continue;
@@ -31,7 +26,9 @@ static double mean_gap(size_t count, const double *directions)
 	return all > 0 ? squares / all : 0;
 }
 
-double rbf_mesh_apart(rbf_symmetry symmetry, size_t count, const double *directions)
+/* Distance between unit vectors (isotropic: of angles to the normal) below which two incidences are taken as one place: a quarter of how far
+ * apart so many would be if they were spread evenly. */
+static double apart_of(rbf_symmetry symmetry, size_t count, const double *directions)
 {
 	double lowest = 1;
 	int op[4];
@@ -42,11 +39,12 @@ double rbf_mesh_apart(rbf_symmetry symmetry, size_t count, const double *directi
 	return fmax(APART * sqrt(2 * RBF_PI * (1 - lowest) / (double)(count * (size_t)rbf_symmetry_ops(symmetry, op))), RBF_MESH_SAME);
 }
 
-int rbf_mesh_together(rbf_symmetry symmetry, const double a[3], const double b[3], double apart)
+/* Whether a or one of its images is that near to b. */
+static int together(rbf_symmetry symmetry, const double a[3], const double b[3], double apart)
 {
 	int op[4];
 	if (symmetry == RBF_ISOTROPIC)
-		return fabs(theta_of(a) - theta_of(b)) < apart;
+		return fabs(rbf_theta3(a) - rbf_theta3(b)) < apart;
 	const int ops = rbf_symmetry_ops(symmetry, op);
 	for (int k = 0; k < ops; k++) {
 		const double x = (op[k] & RBF_OP_X ? -a[0] : a[0]) - b[0], y = (op[k] & RBF_OP_Y ? -a[1] : a[1]) - b[1], z = a[2] - b[2];
@@ -58,7 +56,7 @@ int rbf_mesh_together(rbf_symmetry symmetry, const double a[3], const double b[3
 
 void rbf_mesh_leave_out(rbf_symmetry symmetry, size_t count, const double *directions, size_t which, unsigned char *out)
 {
-	const double apart = rbf_mesh_apart(symmetry, count, directions);
+	const double apart = apart_of(symmetry, count, directions);
 	for (size_t i = 0; i < count; i++)
-		out[i] |= (unsigned char)rbf_mesh_together(symmetry, directions + 3 * i, directions + 3 * which, apart);
+		out[i] |= (unsigned char)together(symmetry, directions + 3 * i, directions + 3 * which, apart);
 }

@@ -34,6 +34,12 @@ static inline void rbf_cross3(const double a[3], const double b[3], double out[3
 	out[2] = z;
 }
 
+/* Angle to the normal. */
+static inline double rbf_theta3(const double a[3])
+{
+	return atan2(hypot(a[0], a[1]), fmax(a[2], 0));
+}
+
 /* Normalises; returns the former length. */
 static inline double rbf_unit3(double a[3])
 {
