@@ -76,6 +76,10 @@ int rbf_arrange(uint32_t lobes, const float (*centre)[3], const float *kappa, co
 		out->mass[at] = value[y][j] * rbf_lobe_integral(kappa[j]);
 	}
 	free(rank);
+	if (rbf_lobes_finish(out)) {
+		rbf_lobes_free(out);
+		return -1;
+	}
 	return 0;
 }
 

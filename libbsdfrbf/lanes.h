@@ -91,6 +91,16 @@ static inline void rbf_lanes_transpose(rbf_lanes v[4])
 #endif
 }
 
+/* Bit n: whether lane n of a mask is set. */
+static inline unsigned rbf_lanes_bits(rbf_lane_mask m)
+{
+#if defined(__SSE2__)
+	return (unsigned)_mm_movemask_ps((__m128)m);
+#else
+	return (m[0] & 1u) | (m[1] & 2u) | (m[2] & 4u) | (m[3] & 8u);
+#endif
+}
+
 static inline rbf_lanes rbf_lanes_abs(rbf_lanes v)
 {
 	return (rbf_lanes)((rbf_lane_mask)v & 0x7fffffff);

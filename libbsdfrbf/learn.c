@@ -52,7 +52,7 @@ static int widen(const rbf_lobes *from, float blur, rbf_lobes *to)
 		for (uint32_t n = 0; n < from->channels; n++)
 			to->amplitude[n * to->blocks + i / RBF_LANES].a[i % RBF_LANES] = kappa > 0 ? rbf_lobe_amplitude(from, n, i) * wide / kappa : 0;
 	}
-	return 0;
+	return rbf_lobes_finish(to);
 }
 
 /* Places of the coefficients that are free; what a mirror symmetry turns into its opposite is 0. */

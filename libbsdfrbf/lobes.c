@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "lobes.h"
+#include "reach.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,7 @@ int rbf_lobes_new(rbf_lobes *l, uint32_t count, uint32_t channels)
 	l->block = calloc(room, sizeof *l->block);
 	l->amplitude = calloc(room * channels, sizeof *l->amplitude);
 	l->mass = calloc(count ? count : 1, sizeof *l->mass);
+	l->reach = NULL;
 	if (!l->block || !l->amplitude || !l->mass) {
 		rbf_lobes_free(l);
 		return -1;
@@ -28,7 +30,15 @@ void rbf_lobes_free(rbf_lobes *l)
 	free(l->block);
 	free(l->amplitude);
 	free(l->mass);
+	free(l->reach);
 	memset(l, 0, sizeof *l);
+}
+
+int rbf_lobes_finish(rbf_lobes *l)
+{
+	free(l->reach);
+	l->reach = rbf_reach_make(l->block, l->blocks);
+	return l->reach ? 0 : -1;
 }
 
 void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa)
@@ -42,11 +52,16 @@ void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa)
 
 void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3])
 {
-	const rbf_kernel_job job = {.weight = 1, .blocks = l->blocks, .mask = rbf_cull_all(l->blocks), .direction = {direction[0], direction[1], direction[2]}};
-	const rbf_kernel_lobes all = {l->block, l->amplitude, l->blocks, l->channels, l->blocks <= RBF_CULL_BITS};
+	const rbf_kernel_lobes all = {l->block, l->amplitude, l->blocks, l->channels, 1};
 	value[0] = value[1] = value[2] = 0;
-	if (job.blocks)
-		rbf_kernel_sum(&job, 1, &all, value);
+	for (uint32_t first = 0; first < l->blocks; first += RBF_CULL_BITS) {
+		rbf_kernel_job job = {.weight = 1, .first = first, .blocks = rbf_lobes_rest(l, first), .direction = {direction[0], direction[1], direction[2]}};
+		float part[3];
+		job.mask = rbf_reach_mask(l->reach, l->blocks, first, job.blocks, direction);
+		rbf_kernel_sum(&job, 1, &all, part);
+		for (uint32_t c = 0; c < l->channels; c++)
+			value[c] += part[c];
+	}
 }
 
 float rbf_lobes_luminance(const rbf_lobes *l, const float direction[3])
@@ -93,6 +108,8 @@ int rbf_lobes_share(const rbf_team *team, uint32_t count, uint32_t channels, rbf
 	failed = failed || rbf_team_share(team, count, first, row);
 	for (uint32_t i = 0; i < count && !failed; i++)
 		pack(&lobes[i], NULL, row + first[i]);
+	for (uint32_t i = 0; i < count && !failed; i++)
+		failed = !rbf_team_mine(team, i) && rbf_lobes_finish(&lobes[i]);
 	free(number);
 	free(first);
 	free(row);

@@ -10,6 +10,7 @@ typedef struct rbf_lobes {
 	rbf_block *block;          /* [blocks] */
 	rbf_amplitude *amplitude;  /* [channels][blocks] */
 	double *mass;              /* [count] energy of each lobe, luminance, sr; over the whole sphere */
+	float *reach;              /* by reach.h, set by rbf_lobes_finish(): what sums need not look at */
 } rbf_lobes;
 
 /* Room for `count` lobes, all amplitudes 0. Returns 0, or -1 when out of memory. */
@@ -34,11 +35,20 @@ static inline float rbf_lobe_amplitude(const rbf_lobes *l, uint32_t channel, uin
 	return l->amplitude[channel * l->blocks + i / RBF_LANES].a[i % RBF_LANES];
 }
 
+/* Once all lobes are set; before it nothing is summed. Returns 0, or -1 when out of memory. */
+int rbf_lobes_finish(rbf_lobes *lobes);
+
 void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa);
 
 /* Fits of `count` incidences, made where they are rbf_team_mine(): all get all. Returns 0, or -1 when out of memory or a process
  * gave up. */
 int rbf_lobes_share(const rbf_team *team, uint32_t count, uint32_t channels, rbf_lobes *lobes);
+
+/* Blocks from `first` on that one mask tells of. */
+static inline uint32_t rbf_lobes_rest(const rbf_lobes *l, uint32_t first)
+{
+	return l->blocks - first < RBF_CULL_BITS ? l->blocks - first : RBF_CULL_BITS;
+}
 
 /* DSF of all lobes at a direction. */
 void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3]);

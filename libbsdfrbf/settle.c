@@ -2,6 +2,7 @@
 #include "settle.h"
 #include "clones.h"
 #include "elementary.h"
+#include "reach.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -45,7 +46,9 @@ typedef struct matter {
 	uint32_t *lobe;
 	float (*point)[SPREAD][3];
 	float (*wanted)[SPREAD][RBF_MAX_FRAMES]; /* what the neighbours predict of each frame there */
-	rbf_amplitude *seen;    /* [lobes][SPREAD][blocks]: what each lobe of the incidence is there, for an amplitude of 1 */
+	uint32_t *first;        /* [lobes * SPREAD + 1]: where in the following what is seen at a point begins */
+	rbf_amplitude *seen;    /* what each lobe of a block is there, for an amplitude of 1 */
+	uint32_t *block;        /* which block; those that do not reach the point are left out */
 } matter;
 
 static void free_matter(matter *m)
@@ -53,32 +56,47 @@ static void free_matter(matter *m)
 	free(m->lobe);
 	free(m->point);
 	free(m->wanted);
+	free(m->first);
 	free(m->seen);
+	free(m->block);
 }
 
-/* What each lobe is at a point. */
-RBF_CLONES static void see(const rbf_block *block, uint32_t blocks, const float point[3], rbf_amplitude *seen)
+/* What each lobe is at a point, of those blocks that reach it. Returns how many do. */
+RBF_CLONES static uint32_t see(const rbf_lobes *l, const float point[3], rbf_amplitude *seen, uint32_t *which)
 {
-	for (uint32_t b = 0; b < blocks; b++)
-		for (int i = 0; i < RBF_LANES; i++) {
-			const float x = block[b].x[i] - point[0], y = block[b].y[i] - point[1], z = block[b].z[i] - point[2];
-			seen[b].a[i] = rbf_exp_negative(-.5f * block[b].k[i] * (x*x + y*y + z*z));
+	uint32_t count = 0;
+	for (uint32_t from = 0; from < l->blocks; from += RBF_CULL_BITS) {
+		const uint32_t blocks = rbf_lobes_rest(l, from);
+		for (uint64_t left = rbf_reach_mask(l->reach, l->blocks, from, blocks, point); left; left &= left - 1) {
+			const uint32_t b = from + (uint32_t)__builtin_ctzll(left);
+			for (int i = 0; i < RBF_LANES; i++) {
+				const float x = l->block[b].x[i] - point[0], y = l->block[b].y[i] - point[1], z = l->block[b].z[i] - point[2];
+				seen[count].a[i] = rbf_exp_negative(-.5f * l->block[b].k[i] * (x*x + y*y + z*z));
+			}
+			which[count++] = b;
 		}
+	}
+	return count;
 }
 
 typedef float lanes __attribute__((vector_size(4 * RBF_LANES)));
 
-/* Sum of all lobes with their amplitudes. */
-RBF_CLONES static float add_up(const rbf_amplitude *seen, const rbf_amplitude *amplitude, uint32_t blocks)
+/* What is wanted of frame f over what there is, at lobe i. amplitude: of the lobes' parts that belong to it. */
+RBF_CLONES static float lack(const matter *m, uint32_t i, uint32_t f, const rbf_amplitude *amplitude)
 {
-	lanes sum = {0};
-	for (uint32_t b = 0; b < blocks; b++) {
-		lanes one, of;
-		memcpy(&one, &seen[b], sizeof one);
-		memcpy(&of, &amplitude[b], sizeof of);
-		sum += one * of;
+	const uint32_t *first = m->first + i * SPREAD;
+	float ratio = 0;
+	for (uint32_t n = 0; n < SPREAD; n++) {
+		lanes sum = {0};
+		for (uint32_t b = first[n]; b < first[n + 1]; b++) {
+			lanes one, of;
+			memcpy(&one, &m->seen[b], sizeof one);
+			memcpy(&of, &amplitude[m->block[b]], sizeof of);
+			sum += one * of;
+		}
+		ratio += SPREAD_WEIGHT[n] * m->wanted[i][n][f] / (((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7])) + 1e-9f);
 	}
-	return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+	return ratio;
 }
 
 static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], float near, rbf_lobes *const part[],
@@ -92,18 +110,23 @@ static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 			to->lobe[to->lobes++] = i;
 	to->point = malloc((to->lobes + 1) * sizeof *to->point);
 	to->wanted = malloc((to->lobes + 1) * sizeof *to->wanted);
+	to->first = malloc((to->lobes * SPREAD + 1) * sizeof *to->first);
 	to->seen = malloc(((size_t)to->lobes * SPREAD * l->blocks + 1) * sizeof *to->seen);
-	if (!to->lobe || !to->point || !to->wanted || !to->seen)
+	to->block = malloc(((size_t)to->lobes * SPREAD * l->blocks + 1) * sizeof *to->block);
+	if (!to->lobe || !to->point || !to->wanted || !to->first || !to->seen || !to->block)
 		return -1;
+	uint32_t at = 0;
 	for (uint32_t i = 0; i < to->lobes; i++) {
 		spread_of(l, to->lobe[i], to->point[i]);
 		for (int n = 0; n < SPREAD; n++) {
-			see(l->block, l->blocks, to->point[i][n], to->seen + ((size_t)i * SPREAD + (size_t)n) * l->blocks);
+			to->first[i * SPREAD + (uint32_t)n] = at;
+			at += see(l, to->point[i][n], to->seen + at, to->block + at);
 			const float self = rbf_lobes_luminance(l, to->point[i][n]) + 1e-9f;
 			for (uint32_t f = 0; f < frames; f++)
 				to->wanted[i][n][f] = expf(rbf_label_prediction(m, &m->candidate[frame[f]], part[f], base, to->point[i][n], self));
 		}
 	}
+	to->first[to->lobes * SPREAD] = at;
 	return 0;
 }
 
@@ -128,13 +151,8 @@ static void settle_base(const rbf_fitted *m, uint32_t frames, const matter *to, 
 			return;
 		for (uint32_t i = 0; i < to->lobes; i++) {
 			float *r = next + to->lobe[i] * frames, sum = 0;
-			for (uint32_t f = 0; f < frames; f++) {
-				float ratio = 0;
-				for (int n = 0; n < SPREAD; n++)
-					ratio += SPREAD_WEIGHT[n] * to->wanted[i][n][f]
-						/ (add_up(to->seen + ((size_t)i * SPREAD + (size_t)n) * l->blocks, own[f].amplitude, l->blocks) + 1e-9f);
-				sum += r[f] *= ratio;
-			}
+			for (uint32_t f = 0; f < frames; f++)
+				sum += r[f] *= lack(to, i, f, own[f].amplitude);
 			for (uint32_t f = 0; f < frames; f++)
 				r[f] /= sum;
 		}

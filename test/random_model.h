@@ -126,6 +126,7 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 		unsigned op[4];
 		images[b] = random_images(&fitted.mesh, b, op);
 		random_own_image(l, op, images[b]);
+		assert_int_equal(rbf_lobes_finish(l), 0);
 	}
 	assert_int_equal(rbf_label_prepare(&fitted), 0);
 	for (unsigned map = RBF_MAPS_LISTED; map < RBF_MAPS; map++) { /* a candidate's index is then its map's id */

@@ -8,8 +8,10 @@
 
 #include "cull.h"
 #include "evaluate.h"
+#include "lobes.h"
 #include "model_fixture.h"
 #include "random_model.h"
+#include "reach.h"
 
 enum { BLOCKS = 80 };
 
@@ -94,6 +96,49 @@ static void vectors_agree_with_reference(void **state)
 					fail_msg("kernel %d, channel %u: %g, reference %g", k, n, (double)sum[n], (double)expected[n]);
 		}
 	}
+}
+
+/* Sums over a fit leave out what does not reach a direction: as all lobes together, for one mask's blocks and for more. */
+static void out_of_reach(void **state)
+{
+	(void)state;
+	uint64_t seed = 5, asked = 0, reach = 0;
+	for (int round = 0; round < 400; round++) {
+		rbf_lobes l;
+		assert_int_equal(rbf_lobes_new(&l, 1 + (uint32_t)(random_unit(&seed) * (round % 2 ? 60 : 1500)), 1), 0);
+		float middle[3] = {0, 0, 1}, kappa = 1;
+		for (uint32_t i = 0; i < l.count; i++) {
+			float c[3];
+			if (i % RBF_LANES == 0) {
+				unit(&seed, middle);
+				kappa = (float)pow(1e5, random_unit(&seed));
+			}
+			unit(&seed, c);
+			for (int n = 0; n < 3; n++)
+				c[n] = middle[n] + .1f * c[n];
+			rbf_normalize(c);
+			rbf_lobe_set(&l, i, c, kappa * (1 + (float)random_unit(&seed)));
+			l.amplitude[i / RBF_LANES].a[i % RBF_LANES] = (float)random_unit(&seed);
+		}
+		assert_int_equal(rbf_lobes_finish(&l), 0);
+		for (int n = 0; n < 20; n++) {
+			float d[3];
+			double sum = 0;
+			unit(&seed, d);
+			for (uint32_t i = 0; i < l.count; i++) {
+				float c[3];
+				rbf_lobe_centre(&l, i, c);
+				const double x = (double)(c[0] - d[0]), y = (double)(c[1] - d[1]), z = (double)(c[2] - d[2]);
+				sum += (double)rbf_lobe_amplitude(&l, 0, i) * exp(-.5 * (double)rbf_lobe_kappa(&l, i) * (x*x + y*y + z*z));
+			}
+			assert_float_equal(rbf_lobes_luminance(&l, d), sum, 1e-4 * sum + 1e-9 * l.count);
+			const uint32_t blocks = rbf_lobes_rest(&l, 0);
+			asked += blocks;
+			reach += (uint64_t)__builtin_popcountll(rbf_reach_mask(l.reach, l.blocks, 0, blocks, d));
+		}
+		rbf_lobes_free(&l);
+	}
+	assert_true(reach < asked / 2); /* worth asking */
 }
 
 /* As files before had them. */
@@ -214,6 +259,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(vectors_agree_with_reference),
+		cmocka_unit_test(out_of_reach),
 		cmocka_unit_test(culling),
 		cmocka_unit_test(ways_to_evaluate_agree),
 	};

@@ -295,6 +295,7 @@ static void a_frame_is_judged_together(void **state)
 			l->amplitude[i / RBF_LANES].a[i % RBF_LANES] = (float)random_unit(&seed);
 			l->mass[i] = 1;
 		}
+		assert_int_equal(rbf_lobes_finish(l), 0);
 	}
 	assert_int_equal(rbf_label_prepare(&s.fitted), 0);
 	judge(NULL, &s);
