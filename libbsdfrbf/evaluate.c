@@ -2,7 +2,7 @@
 #include "bounds.h"
 #include "clones.h"
 #include "evaluate.h"
-#include "reach.h"
+#include "extent.h"
 
 #include <string.h>
 
@@ -78,8 +78,8 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 			rbf_kernel_job *j = &job[jobs];
 			*j = (rbf_kernel_job){{d[0][k], d[1][k], d[2][k]}, w, groups_at(packed, wide, s, set, (uint32_t)cell[k], d[2][k] > 0),
 				set->first, set->blocks, NULL, 0};
-			if (c->reach && !site->moves && set->blocks <= RBF_CULL_BITS)
-				j->mask = rbf_reach_mask(c->reach, c->blocks, set->first, set->blocks, j->direction);
+			if (c->extent && !site->moves && set->blocks <= RBF_CULL_BITS)
+				j->mask = rbf_extent_mask(c->extent, c->blocks, set->first, set->blocks, j->direction);
 			if (site->moves && (site->motion[k].shift[0] || site->motion[k].shift[1])) {
 				j->motion = &site->motion[k];
 				j->start = set->first - c->set[site->base[k] * c->frames].first;

@@ -211,7 +211,7 @@ rbf_lobes *rbf_label_parts(const rbf_fitted *m, const float label[], int luminan
 	rbf_lobes *part = calloc(m->bases + 1, sizeof *part);
 	for (uint32_t b = 0; part && b < m->bases; b++) {
 		const rbf_lobes *l = &m->lobes[b];
-		part[b] = (rbf_lobes){.count = l->count, .channels = channels, .blocks = l->blocks, .block = l->block, .reach = l->reach};
+		part[b] = (rbf_lobes){.count = l->count, .channels = channels, .blocks = l->blocks, .block = l->block, .extent = l->extent};
 		part[b].amplitude = calloc((size_t)l->blocks * channels + 1, sizeof *part[b].amplitude);
 		if (!part[b].amplitude) {
 			rbf_label_parts_free(m, part);

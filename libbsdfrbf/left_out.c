@@ -5,7 +5,7 @@
 #include "levels.h"
 #include "sample.h"
 #include "settle.h"
-#include "reach.h"
+#include "extent.h"
 #include "tune.h"
 
 #include <stdlib.h>
@@ -327,7 +327,7 @@ int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choi
 		return -1;
 	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, choice->limit, &c))
 		return -1;
-	c.reach = rbf_reach_make(c.block, c.blocks);
+	c.extent = rbf_extent_make(c.block, c.blocks);
 	for (uint32_t i = 0; i < m->bases; i++)
 		choice->base_error[i] = -1;
 	int failed = 0;
@@ -352,7 +352,7 @@ int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choi
 			choice->error = mean_error(b, choice, 1);
 	}
 	rbf_assemble_release(&c);
-	free((void *)c.reach);
+	free((void *)c.extent);
 	return failed ? -1 : 0;
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "lobes.h"
-#include "reach.h"
+#include "extent.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +14,7 @@ int rbf_lobes_new(rbf_lobes *l, uint32_t count, uint32_t channels)
 	l->block = calloc(room, sizeof *l->block);
 	l->amplitude = calloc(room * channels, sizeof *l->amplitude);
 	l->mass = calloc(count ? count : 1, sizeof *l->mass);
-	l->reach = NULL;
+	l->extent = NULL;
 	if (!l->block || !l->amplitude || !l->mass) {
 		rbf_lobes_free(l);
 		return -1;
@@ -30,15 +30,15 @@ void rbf_lobes_free(rbf_lobes *l)
 	free(l->block);
 	free(l->amplitude);
 	free(l->mass);
-	free(l->reach);
+	free(l->extent);
 	memset(l, 0, sizeof *l);
 }
 
 int rbf_lobes_finish(rbf_lobes *l)
 {
-	free(l->reach);
-	l->reach = rbf_reach_make(l->block, l->blocks);
-	return l->reach ? 0 : -1;
+	free(l->extent);
+	l->extent = rbf_extent_make(l->block, l->blocks);
+	return l->extent ? 0 : -1;
 }
 
 void rbf_lobe_set(rbf_lobes *l, uint32_t i, const float centre[3], float kappa)
@@ -57,7 +57,7 @@ void rbf_lobes_sum(const rbf_lobes *l, const float direction[3], float value[3])
 	for (uint32_t first = 0; first < l->blocks; first += RBF_CULL_BITS) {
 		rbf_kernel_job job = {.weight = 1, .first = first, .blocks = rbf_lobes_rest(l, first), .direction = {direction[0], direction[1], direction[2]}};
 		float part[3];
-		job.mask = rbf_reach_mask(l->reach, l->blocks, first, job.blocks, direction);
+		job.mask = rbf_extent_mask(l->extent, l->blocks, first, job.blocks, direction);
 		rbf_kernel_sum(&job, 1, &all, part);
 		for (uint32_t c = 0; c < l->channels; c++)
 			value[c] += part[c];

@@ -10,7 +10,7 @@ typedef struct rbf_lobes {
 	rbf_block *block;          /* [blocks] */
 	rbf_amplitude *amplitude;  /* [channels][blocks] */
 	double *mass;              /* [count] energy of each lobe, luminance, sr; over the whole sphere */
-	float *reach;              /* by reach.h, set by rbf_lobes_finish(): what sums need not look at */
+	float *extent;              /* by extent.h, set by rbf_lobes_finish(): what sums need not look at */
 } rbf_lobes;
 
 /* Room for `count` lobes, all amplitudes 0. Returns 0, or -1 when out of memory. */

@@ -2,7 +2,7 @@
 #include "settle.h"
 #include "clones.h"
 #include "elementary.h"
-#include "reach.h"
+#include "extent.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -67,7 +67,7 @@ RBF_CLONES static uint32_t see(const rbf_lobes *l, const float point[3], rbf_amp
 	uint32_t count = 0;
 	for (uint32_t from = 0; from < l->blocks; from += RBF_CULL_BITS) {
 		const uint32_t blocks = rbf_lobes_rest(l, from);
-		for (uint64_t left = rbf_reach_mask(l->reach, l->blocks, from, blocks, point); left; left &= left - 1) {
+		for (uint64_t left = rbf_extent_mask(l->extent, l->blocks, from, blocks, point); left; left &= left - 1) {
 			const uint32_t b = from + (uint32_t)__builtin_ctzll(left);
 			for (int i = 0; i < RBF_LANES; i++) {
 				const float x = l->block[b].x[i] - point[0], y = l->block[b].y[i] - point[1], z = l->block[b].z[i] - point[2];

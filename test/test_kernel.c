@@ -11,7 +11,7 @@
 #include "lobes.h"
 #include "model_fixture.h"
 #include "random_model.h"
-#include "reach.h"
+#include "extent.h"
 
 enum { BLOCKS = 80 };
 
@@ -134,7 +134,7 @@ static void out_of_reach(void **state)
 			assert_float_equal(rbf_lobes_luminance(&l, d), sum, 1e-4 * sum + 1e-9 * l.count);
 			const uint32_t blocks = rbf_lobes_rest(&l, 0);
 			asked += blocks;
-			reach += (uint64_t)__builtin_popcountll(rbf_reach_mask(l.reach, l.blocks, 0, blocks, d));
+			reach += (uint64_t)__builtin_popcountll(rbf_extent_mask(l.extent, l.blocks, 0, blocks, d));
 		}
 		rbf_lobes_free(&l);
 	}

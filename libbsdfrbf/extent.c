@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "reach.h"
+#include "extent.h"
 #include "vector.h"
 
 #include <stdlib.h>
 
 static const float LEAST = 23; /* e to the minus this, 1e-10 of an amplitude, is nothing */
 
-float *rbf_reach_make(const rbf_block *block, uint32_t blocks)
+float *rbf_extent_make(const rbf_block *block, uint32_t blocks)
 {
-	const size_t row = rbf_reach_row(blocks);
-	float *reach = calloc(4 * row, sizeof *reach);
-	for (uint32_t b = 0; b < blocks && reach; b++) {
+	const size_t row = rbf_extent_row(blocks);
+	float *extent = calloc(4 * row, sizeof *extent);
+	for (uint32_t b = 0; b < blocks && extent; b++) {
 		const rbf_block *k = &block[b];
 		float centre[3] = {0}, radius = 0;
 		int lobes = 0;
@@ -28,8 +28,8 @@ float *rbf_reach_make(const rbf_block *block, uint32_t blocks)
 				radius = fmaxf(radius, sqrtf(2 * LEAST / k->k[i])
 					+ hypotf(hypotf(k->x[i] - centre[0], k->y[i] - centre[1]), k->z[i] - centre[2]));
 		for (int n = 0; n < 3; n++)
-			reach[(size_t)n * row + b] = centre[n];
-		reach[3 * row + b] = radius * radius;
+			extent[(size_t)n * row + b] = centre[n];
+		extent[3 * row + b] = radius * radius;
 	}
-	return reach;
+	return extent;
 }
