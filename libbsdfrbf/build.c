@@ -8,11 +8,13 @@
 #include "edges.h"
 #include "energy.h"
 #include "expect.h"
+#include "isotropy.h"
 #include "levels.h"
 #include "lobe_count.h"
 #include "sample.h"
 #include "trend.h"
 #include "tune.h"
+#include "turned.h"
 #include "unseen.h"
 
 #include <omp.h>
@@ -23,6 +25,7 @@ static const double SAME_DEG = .25;      /* incidences closer than this are one 
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
+static const float ISOTROPIC = .5f; /* of the leave-one-out error */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
 enum { FILL_ROUNDS = 2 };
@@ -47,24 +50,26 @@ typedef struct job {
 	rbf_choice choice;
 } job;
 
-static void release_turned(const rbf_incidence *in)
+static void free_fits(job *j)
 {
-	free(in->outgoing);
-	free(in->lobe);
+	for (uint32_t b = 0; b < j->fitted.bases && j->fitted.lobes; b++)
+		rbf_lobes_free(&j->fitted.lobes[b]);
+	free(j->fitted.lobes);
+	free(j->fit_error);
+	free(j->lobes);
+	free(j->scatter);
+	j->fitted.lobes = NULL;
+	j->fit_error = j->scatter = NULL;
+	j->lobes = NULL;
 }
 
 static void job_free(job *j)
 {
-	for (size_t b = 0; b < j->measured.count && j->turned; b++)
-		release_turned(&j->measured.incidence[b]);
-	for (uint32_t b = 0; b < j->fitted.bases && j->fitted.lobes; b++)
-		rbf_lobes_free(&j->fitted.lobes[b]);
+	if (j->turned)
+		rbf_turned_free(&j->measured);
+	free_fits(j);
 	free(j->measured.incidence);
 	free(j->direction);
-	free(j->fit_error);
-	free(j->lobes);
-	free(j->scatter);
-	free(j->fitted.lobes);
 	rbf_label_release(&j->fitted);
 	rbf_choice_free(&j->choice);
 }
@@ -119,44 +124,6 @@ static bsdfrbf_status select_incidences(bsdfrbf_context *context, const rbf_meas
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no usable incidence (all lie in the surface's plane); check the incident angles", name);
 	for (size_t b = 0; b < j->measured.count; b++)
 		memcpy(j->direction + 3*b, j->measured.incidence[b].direction, 3 * sizeof *j->direction);
-	return BSDFRBF_OK;
-}
-
-/* An isotropic material is turned so that all incidences lie at azimuth 0. */
-static bsdfrbf_status turn_isotropic(bsdfrbf_context *context, job *j)
-{
-	j->turned = 1;
-	for (size_t b = 0; b < j->measured.count; b++) {
-		rbf_incidence *in = &j->measured.incidence[b];
-		const double s = hypot(in->direction[0], in->direction[1]);
-		const double c = s > 0 ? in->direction[0] / s : 1, q = s > 0 ? in->direction[1] / s : 0;
-		double *outgoing = malloc((in->count + 1) * 3 * sizeof *outgoing);
-		rbf_ready_lobe *lobe = malloc((in->lobes + 1) * sizeof *lobe);
-		if (!outgoing || !lobe) {
-			free(outgoing);
-			free(lobe);
-			for (size_t rest = b; rest < j->measured.count; rest++) {
-				j->measured.incidence[rest].outgoing = NULL;
-				j->measured.incidence[rest].lobe = NULL;
-			}
-			return out_of_memory(context);
-		}
-		for (size_t i = 0; i < in->count; i++) {
-			outgoing[3*i] = c * in->outgoing[3*i] + q * in->outgoing[3*i + 1];
-			outgoing[3*i + 1] = c * in->outgoing[3*i + 1] - q * in->outgoing[3*i];
-			outgoing[3*i + 2] = in->outgoing[3*i + 2];
-		}
-		for (size_t i = 0; i < in->lobes; i++) {
-			const double *from = in->lobe[i].centre;
-			lobe[i] = in->lobe[i];
-			lobe[i].centre[0] = c * from[0] + q * from[1];
-			lobe[i].centre[1] = c * from[1] - q * from[0];
-		}
-		in->outgoing = outgoing;
-		in->lobe = lobe;
-		in->direction[0] = j->direction[3*b] = s;
-		in->direction[1] = j->direction[3*b + 1] = 0;
-	}
 	return BSDFRBF_OK;
 }
 
@@ -256,6 +223,36 @@ static bsdfrbf_status settle_symmetry(bsdfrbf_context *context, const char *name
 	return BSDFRBF_OK;
 }
 
+/* Incidences of an isotropic material that were measured at several azimuths, and compared, are fitted as one. */
+static bsdfrbf_status join_turned(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, job *j,
+	rbf_component *c)
+{
+	const int gone = j->measured.ready ? 0 : rbf_turned_join(&j->measured, channels, j->direction);
+	if (gone <= 0)
+		return gone ? out_of_memory(context) : BSDFRBF_OK;
+	free_fits(j);
+	return fit_all(context, name, channels, lobes, progress, j, c);
+}
+
+/* Sets *found if other azimuths, turned about the normal, tell far more of an incidence than its neighbours do: then the material is isotropic,
+ * whatever the azimuths say. Where both tell as much, azimuths are of use: frames are learned from them. */
+static bsdfrbf_status find_isotropy(bsdfrbf_context *context, const char *name, const job *j, const rbf_component *c, int *found)
+{
+	const rbf_fitted *m = &j->fitted;
+	const float left_out = j->choice.error;
+	float error;
+	if (j->turned || j->measured.ready || !(left_out > 0))
+		return BSDFRBF_OK;
+	if (rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], ISOTROPIC * left_out, &error))
+		return out_of_memory(context);
+	if (error < 0 || error > ISOTROPIC * left_out)
+		return BSDFRBF_OK;
+	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by no more than %.1f %% on average: taken as isotropic, "
+		"not as %s; -s decides otherwise", name, 100 * (double)error, j->symmetry.text);
+	*found = 1;
+	return BSDFRBF_OK;
+}
+
 static float longest(const rbf_component *c)
 {
 	float top = 0;
@@ -338,28 +335,39 @@ static bsdfrbf_status fill_unseen(bsdfrbf_context *context, job *j, rbf_componen
 	return failed ? out_of_memory(context) : BSDFRBF_OK;
 }
 
+/* symmetry: 0, as asked for or, if `found`, by the data. Sets *found, and goes no further, if these say that the material is isotropic. */
 static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measured *all, const char *name, int channels,
-	const bsdfrbf_build_options *o, double from, double to, job *j, rbf_component *c)
+	const bsdfrbf_build_options *o, char symmetry, double from, double to, int *found, job *j, rbf_component *c)
 {
 	const double span = to - from;
 	j->fitted.team = o->team;
 	RBF_TRY(select_incidences(context, all, name, j));
-	const char symmetry = o->symmetry ? o->symmetry : all->isotropic ? 'I' : 0;
 	RBF_TRY(rbf_symmetry_choose(context, j->measured.count, j->direction, symmetry, &j->symmetry));
+	if (*found)
+		rbf_symmetry_found(RBF_ISOTROPIC, &j->symmetry);
 	if (all->ready && o->lobes)
 		rbf_warn(context, "%s: its lobes are ready in the .sir file; the number asked for does not count", name);
-	if (j->symmetry.symmetry == RBF_ISOTROPIC)
-		RBF_TRY(turn_isotropic(context, j));
+	if (j->symmetry.symmetry == RBF_ISOTROPIC) {
+		j->turned = 1;
+		if (rbf_turn(&j->measured, channels, j->direction))
+			return out_of_memory(context);
+	}
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	RBF_TRY(fit_all(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
 	RBF_TRY(settle_symmetry(context, name, j, c));
+	if (j->turned)
+		RBF_TRY(join_turned(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, NULL, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
 	if (rbf_label_prepare(&j->fitted))
 		return out_of_memory(context);
 	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .4 * span, from + .6 * span, &j->choice));
+	if (!symmetry)
+		RBF_TRY(find_isotropy(context, name, j, c, found));
+	if (*found && !j->turned)
+		return BSDFRBF_OK;
 	RBF_TRY(fill_unseen(context, j, c));
 	if (c->filled) {
 		rbf_choice_free(&j->choice);
@@ -391,12 +399,18 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 	for (int i = 0; i < 4; i++) {
 		if (!data->component[i].count)
 			continue;
-		job j = {0};
-		const bsdfrbf_status status = build_component(context, &data->component[i], rbf_component_name(i), data->channels, o,
-			(double)done / components, (double)(done + 1) / components, &j, &model->component[i]);
-		job_free(&j);
+		const double from = (double)done / components, to = (double)++done / components;
+		const char symmetry = o->symmetry ? o->symmetry : data->component[i].isotropic ? 'I' : 0;
+		int found = 0;
+		bsdfrbf_status status = BSDFRBF_OK;
+		for (int pass = 0; pass <= found && status == BSDFRBF_OK; pass++) {
+			job j = {0};
+			rbf_component_free(&model->component[i]); /* of the former pass */
+			status = build_component(context, &data->component[i], rbf_component_name(i), data->channels, o, found ? 'I' : symmetry,
+				from + .6 * found * (to - from), to, &found, &j, &model->component[i]);
+			job_free(&j);
+		}
 		RBF_TRY(status);
-		done++;
 	}
 	if (rbf_trend_set(model))
 		return out_of_memory(context);

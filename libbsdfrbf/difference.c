@@ -12,8 +12,8 @@ static double total_mass(const rbf_lobes *l)
 	return total;
 }
 
-/* Mean of |f - g'| / (f + g') over directions drawn from f. */
-static double drawn(const rbf_lobes *f, const rbf_lobes *g, unsigned op, double total)
+/* Mean of |f - g'| / (f + g') over directions drawn from f. back: g' is g as seen by the inverse of turn. */
+static double drawn(const rbf_lobes *f, const rbf_lobes *g, const float turn[9], int back, double total)
 {
 	const uint32_t y = rbf_luminance(f->channels);
 	double sum = 0, running = f->count ? f->mass[0] : 0;
@@ -26,7 +26,9 @@ static double drawn(const rbf_lobes *f, const rbf_lobes *g, unsigned op, double 
 		rbf_lobe_draw(centre, rbf_lobe_kappa(f, lobe), fmod(p * .7548776662 + .5, 1), fmod(p * .5698402910, 1), o);
 		if (!(o[2] > 0))
 			continue;
-		rbf_mirror(op, o, image);
+		for (int n = 0; n < 3; n++)
+			image[n] = !turn ? o[n] : back ? turn[n]*o[0] + turn[3 + n]*o[1] + turn[6 + n]*o[2]
+			         : turn[3*n]*o[0] + turn[3*n + 1]*o[1] + turn[3*n + 2]*o[2];
 		rbf_lobes_sum(f, o, a);
 		rbf_lobes_sum(g, image, b);
 		sum += fabs((double)a[y] - (double)b[y]) / fmax((double)a[y] + (double)b[y], 1e-30) / POINTS;
@@ -35,10 +37,10 @@ static double drawn(const rbf_lobes *f, const rbf_lobes *g, unsigned op, double 
 }
 
 /* Directions are drawn from both, so that what only one of them has counts as well, and no quotient is large. */
-float rbf_difference(const rbf_lobes *a, const rbf_lobes *b, unsigned op, float lambertian)
+float rbf_difference(const rbf_lobes *a, const rbf_lobes *b, const float turn[9], float lambertian)
 {
 	const double mass[2] = {total_mass(a), total_mass(b)}, mean = .5 * (mass[0] + mass[1]) + (double)lambertian;
 	if (!(mean > 0))
 		return 0;
-	return (float)((mass[0] * drawn(a, b, op, mass[0]) + mass[1] * drawn(b, a, op, mass[1])) / mean);
+	return (float)((mass[0] * drawn(a, b, turn, 0, mass[0]) + mass[1] * drawn(b, a, turn, 1, mass[1])) / mean);
 }

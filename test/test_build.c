@@ -190,6 +190,36 @@ static void isotropy_is_checked(void **state)
 	}
 }
 
+/* Measured all round, an isotropic material is found to be so, and what was measured at each polar angle joined; others are not. */
+static void isotropy_is_found(void **state)
+{
+	(void)state;
+	static const plan plans[] = {{"satin", 3, 3, {0, 35, 70}, 0, 120, 120}, {"brushed", 3, 3, {0, 35, 70}, 0, 120, 60},
+		{"satin", 3, 3, {0, 35, 70}, 0, 120, 120}};
+	for (int n = 0; n < 3; n++) {
+		const struct material *material = material_find(plans[n].material);
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, &plans[n]);
+		bsdfrbf_build_options options;
+		bsdfrbf_component_info info;
+		bsdfrbf_model *m;
+		bsdfrbf_build_defaults(&options);
+		options.lobes = plans[n].lobes;
+		options.symmetry = n == 2 ? 'A' : 0;
+		last_warning[0] = 0;
+		bsdfrbf_set_warning(context, keep_warning, NULL);
+		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
+		assert_int_equal(bsdfrbf_get_component_info(m, material->transmits ? BSDFRBF_TF : BSDFRBF_RF, &info), BSDFRBF_OK);
+		if (strncmp(info.symmetry_text, n ? "anisotropic" : "isotropic, by the data (azimuths 0 to 360", 11))
+			fail_msg("%s: %s", plans[n].material, info.symmetry_text);
+		assert_int_equal(info.incidences, n ? 7 : 3);
+		assert_int_equal(strstr(last_warning, "taken as isotropic, not as anisotropic (azimuths 0 to 360 measured); -s decides otherwise") == NULL, n != 0);
+		bsdfrbf_close(m);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 /* Half a circle of azimuths is what a mirror image needs as well as half a turn: which of them it is, the data say. */
 static void half_a_turn_is_found(void **state)
 {
@@ -498,7 +528,7 @@ int main(void)
 		cmocka_unit_test(values_are_finite),
 		cmocka_unit_test(unusual_plans),
 		cmocka_unit_test(measured_incidences_are_met),
-		cmocka_unit_test(isotropy_is_checked), cmocka_unit_test(half_a_turn_is_found),
+		cmocka_unit_test(isotropy_is_checked), cmocka_unit_test(isotropy_is_found), cmocka_unit_test(half_a_turn_is_found),
 		cmocka_unit_test(no_steps),
 		cmocka_unit_test(cut_offs_are_found),
 		cmocka_unit_test(symmetry_holds),

@@ -219,7 +219,7 @@ def main():
         incidences = [(0, 0)] + [(t, p) for t in (25, 50) for p in range(0, 360, 60)]
         files = {"rf": measure(folder, incidences, False), "tf": measure(folder, incidences, True)}
         rbf = f"{folder}/sample.rbf"
-        run(f"{BIN}/mkrbf", "-q", "-l", "60", "-o", rbf, *files["rf"], *files["tf"])
+        run(f"{BIN}/mkrbf", "-q", "-l", "60", "-s", "a", "-o", rbf, *files["rf"], *files["tf"])
         page = run(f"{BIN}/rbfreport", rbf, *files["rf"], *files["tf"]).decode()
         check(len(page.encode()) <= 5_000_000, f"{len(page)} bytes")
         check(not re.search(r"(src|href)\s*=\s*[\"']?(https?:)?//", page) and "@import" not in page, "the page asks the network")

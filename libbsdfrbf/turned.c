@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "turned.h"
+#include "vector.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double SAME = .05 * RBF_PI / 180; /* polar angles: a plan's at other azimuths, as far as devices repeat them */
+
+int rbf_turn(rbf_measured *measured, int channels, double *direction)
+{
+	int failed = 0;
+	for (size_t b = 0; b < measured->count; b++) {
+		rbf_incidence *in = &measured->incidence[b];
+		const double s = hypot(in->direction[0], in->direction[1]);
+		const double c = s > 0 ? in->direction[0] / s : 1, q = s > 0 ? in->direction[1] / s : 0;
+		const double *from = in->outgoing;
+		const rbf_ready_lobe *ready = in->lobe;
+		const size_t values = in->count * (size_t)channels;
+		double *outgoing = malloc((in->count + 1) * 3 * sizeof *outgoing);
+		float *dsf = malloc((values + 1) * sizeof *dsf);
+		rbf_ready_lobe *lobe = malloc((in->lobes + 1) * sizeof *lobe);
+		failed |= !outgoing || !dsf || !lobe;
+		for (size_t i = 0; i < in->count && !failed; i++) {
+			outgoing[3*i] = c * from[3*i] + q * from[3*i + 1];
+			outgoing[3*i + 1] = c * from[3*i + 1] - q * from[3*i];
+			outgoing[3*i + 2] = from[3*i + 2];
+		}
+		if (values && !failed)
+			memcpy(dsf, in->dsf, values * sizeof *dsf);
+		for (size_t i = 0; i < in->lobes && !failed; i++) {
+			lobe[i] = ready[i];
+			lobe[i].centre[0] = c * ready[i].centre[0] + q * ready[i].centre[1];
+			lobe[i].centre[1] = c * ready[i].centre[1] - q * ready[i].centre[0];
+		}
+		in->outgoing = outgoing;
+		in->dsf = dsf;
+		in->lobe = lobe;
+		in->direction[0] = direction[3*b] = s;
+		in->direction[1] = direction[3*b + 1] = 0;
+	}
+	return failed ? -1 : 0;
+}
+
+static void release(rbf_incidence *in)
+{
+	free(in->outgoing);
+	free(in->dsf);
+	free(in->lobe);
+}
+
+void rbf_turned_free(rbf_measured *measured)
+{
+	for (size_t b = 0; b < measured->count; b++)
+		release(&measured->incidence[b]);
+}
+
+/* Appends the samples of another incidence, and frees it. */
+static int append(rbf_incidence *to, rbf_incidence *other, size_t channels)
+{
+	const size_t count = to->count + other->count;
+	double *outgoing = realloc(to->outgoing, (count + 1) * 3 * sizeof *outgoing);
+	to->outgoing = outgoing ? outgoing : to->outgoing;
+	float *dsf = realloc(to->dsf, (count * channels + 1) * sizeof *dsf);
+	to->dsf = dsf ? dsf : to->dsf;
+	if (!outgoing || !dsf)
+		return -1;
+	memcpy(outgoing + 3 * to->count, other->outgoing, 3 * other->count * sizeof *outgoing);
+	memcpy(dsf + channels * to->count, other->dsf, channels * other->count * sizeof *dsf);
+	to->count = count;
+	release(other);
+	return 0;
+}
+
+static double polar(const rbf_incidence *in)
+{
+	return atan2(in->direction[0], in->direction[2]);
+}
+
+int rbf_turned_join(rbf_measured *turned, int channels, double *direction)
+{
+	rbf_incidence *all = turned->incidence;
+	const size_t count = turned->count;
+	size_t kept = 0;
+	int failed = 0;
+	for (size_t b = 0; b < count; b++) {
+		size_t same = 0;
+		while (same < kept && (failed || fabs(polar(&all[same]) - polar(&all[b])) > SAME))
+			same++;
+		if (same < kept && !(failed = append(&all[same], &all[b], (size_t)channels)))
+			continue;
+		memcpy(direction + 3 * kept, direction + 3 * b, 3 * sizeof *direction);
+		all[kept++] = all[b];
+	}
+	turned->count = kept;
+	return failed ? -1 : (int)(count - kept);
+}
