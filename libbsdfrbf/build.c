@@ -12,6 +12,7 @@
 #include "levels.h"
 #include "lobe_count.h"
 #include "sample.h"
+#include "scan_lines.h"
 #include "trend.h"
 #include "tune.h"
 #include "turned.h"
@@ -25,6 +26,7 @@ static const double SAME_DEG = .25;      /* incidences closer than this are one 
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
+static const float LINES_GAIN = .95f; /* of the leave-one-out error */
 static const float ISOTROPIC = .5f; /* of the leave-one-out error */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
@@ -48,6 +50,7 @@ typedef struct job {
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
 	rbf_choice choice;
+	uint32_t filled;        /* as of rbf_component */
 } job;
 
 static void free_fits(job *j)
@@ -314,9 +317,8 @@ static int fit_filled(const rbf_unseen *unseen, const float lambertian[3], job *
 	return rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, m->bases, m->channels, m->lobes);
 }
 
-/* Fills what was not measured (unseen.h) and fits again, which tells what is still farther; in the end frames are to be chosen anew. Sets
- * c->filled. */
-static bsdfrbf_status fill_unseen(bsdfrbf_context *context, job *j, rbf_component *c)
+/* Fills what was not measured (unseen.h) and fits again, which tells what is still farther; in the end frames are chosen anew. */
+static bsdfrbf_status fill_unseen(bsdfrbf_context *context, double from, double to, job *j, const rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
 	if (j->measured.ready)
@@ -328,11 +330,64 @@ static bsdfrbf_status fill_unseen(bsdfrbf_context *context, job *j, rbf_componen
 		failed = rbf_unseen_fill(unseen, m, &j->choice, c->lambertian, j->lobes, &more);
 		if (failed || !more)
 			break;
-		c->filled = (uint32_t)ceilf(1000 * most);
+		j->filled = (uint32_t)ceilf(1000 * most);
 		failed = fit_filled(unseen, c->lambertian, j) || rbf_label_renew(m, round + 1 < FILL_ROUNDS ? m->candidates : RBF_MAPS_LISTED);
 	}
 	rbf_unseen_end(unseen);
-	return failed ? out_of_memory(context) : BSDFRBF_OK;
+	if (failed)
+		return out_of_memory(context);
+	if (!j->filled)
+		return BSDFRBF_OK;
+	rbf_choice_free(&j->choice);
+	return rbf_choose(context, m, c->lambertian[rbf_luminance(m->channels)], j->held_out, from, to, &j->choice);
+}
+
+/* The same incidences, if scan lines are something else to their fits. It has its own fits and choice, but borrows samples and mesh. */
+static bsdfrbf_status fit_lines(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_lines lines,
+	const job *j, job *other, rbf_component *c)
+{
+	const size_t count = j->measured.count;
+	*other = (job){.measured = j->measured, .symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
+	other->measured.incidence = malloc((count + 1) * sizeof *other->measured.incidence);
+	other->direction = malloc((3 * count + 1) * sizeof *other->direction);
+	if (!other->measured.incidence || !other->direction)
+		return out_of_memory(context);
+	memcpy(other->direction, j->direction, 3 * count * sizeof *j->direction);
+	for (size_t b = 0; b < count; b++) {
+		other->measured.incidence[b] = j->measured.incidence[b];
+		other->measured.incidence[b].lines = lines;
+	}
+	RBF_TRY(fit_all(context, name, channels, lobes, from, other, c));
+	if (rbf_label_prepare(&other->fitted))
+		return out_of_memory(context);
+	RBF_TRY(rbf_choose(context, &other->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], other->held_out, from, to, &other->choice));
+	return fill_unseen(context, from, to, other, c);
+}
+
+/* Where samples were taken along lines, what lies between these is not known: whether it is smooth or dark there, and whether other incidences
+ * tell, is told by how well each way predicts incidences that are left out. */
+static bsdfrbf_status bridge_lines(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, job *j,
+	rbf_component *c)
+{
+	int lines;
+	if (j->measured.ready || !(j->choice.error > 0))
+		return BSDFRBF_OK;
+	if (rbf_scan_lines(&j->measured, &lines))
+		return out_of_memory(context);
+	for (rbf_lines way = RBF_LINES_BRIDGED; way <= RBF_LINES_FILLED && lines; way++) {
+		job other;
+		const bsdfrbf_status status = fit_lines(context, name, channels, lobes, from, to, way, j, &other, c);
+		if (status == BSDFRBF_OK && other.choice.error < LINES_GAIN * j->choice.error) {
+			const job former = *j;
+			*j = other;
+			other = former;
+			j->turned = former.turned; /* samples are handed over */
+			other.turned = 0;
+		}
+		job_free(&other);
+		RBF_TRY(status);
+	}
+	return BSDFRBF_OK;
 }
 
 /* symmetry: 0, as asked for or, if `found`, by the data. Sets *found, and goes no further, if these say that the material is isotropic. */
@@ -368,11 +423,9 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		RBF_TRY(find_isotropy(context, name, j, c, found));
 	if (*found && !j->turned)
 		return BSDFRBF_OK;
-	RBF_TRY(fill_unseen(context, j, c));
-	if (c->filled) {
-		rbf_choice_free(&j->choice);
-		RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .6 * span, from + .8 * span, &j->choice));
-	}
+	RBF_TRY(fill_unseen(context, from + .6 * span, from + .8 * span, j, c));
+	RBF_TRY(bridge_lines(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
+	c->filled = j->filled;
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))
 		return out_of_memory(context);
 	if (rbf_levels_make(&j->fitted, j->choice.even, j->choice.slopes, c))

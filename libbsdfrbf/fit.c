@@ -18,7 +18,7 @@
 
 enum { ROUNDS = 6, MISSED = 32, FEW = 4 }; /* rounds in which lobes join; how many in each at most; so few make it the last one */
 enum { SOME = 4 }; /* every fourth sample tells the median */
-enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, AREA_AROUND = 32 };
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, AREA_AROUND = 32, BRIDGED_AROUND = 16 };
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
@@ -170,7 +170,7 @@ static void smooth(work *k, const float *y)
 static float gap_at(work *k, size_t i)
 {
 	if (k->gap[i] < 0)
-		k->gap[i] = rbf_tree_gap(&k->tree, k->w[i]);
+		k->gap[i] = rbf_tree_gap(&k->tree, k->w[i], k->incidence->lines != RBF_LINES_LEFT);
 	return k->gap[i];
 }
 
@@ -211,8 +211,17 @@ static float lambertian_at(const work *k, size_t i)
 	return mixed(k, k->lambertian) * k->w[i][2] * (float)(1 / RBF_PI);
 }
 
+/* The solid angle that a sample stands for, up to a common factor that of a cap which holds so many others. */
+static float area_at(const work *k, const float w[3], int others)
+{
+	uint32_t index[AREA_AROUND];
+	float distance[AREA_AROUND];
+	const int found = rbf_tree_nearest(&k->tree, w, others, index, distance);
+	return found ? distance[found - 1] + SAME : 1;
+}
+
 /* Density of lobes from the smoothed signal, and weights from it and the Lambertian part: max(signal, floor)^-1, since the noisy one would
- * bias the energy. */
+ * bias the energy. Where scan lines are bridged, dense ones would outvote those across them. */
 static void weigh(work *k)
 {
 	for (size_t i = 0; i < k->n; i++)
@@ -222,7 +231,7 @@ static void weigh(work *k)
 		const float signal = k->smooth[i] / k->top / sqrtf(fmaxf(k->w[i][2], .02f));
 		k->density[i] = powf(fmaxf(signal, (float)FLOOR), (float)DENSITY);
 		k->total[i] = fmaxf(k->smooth[i] + lambertian_at(k, i), (float)WEIGHT_FLOOR * k->top);
-		k->weight[i] = 1 / k->total[i];
+		k->weight[i] = (k->incidence->lines ? sqrtf(area_at(k, k->w[i], BRIDGED_AROUND)) : 1) / k->total[i];
 	}
 }
 
@@ -362,8 +371,7 @@ static int add_missed(work *k, float spread)
 	return (int)(k->lobes - former);
 }
 
-/* Samples are dense where there is much light: each counts for the solid angle it stands for, up to a common factor that of a cap which
- * holds so many others. Returns -1 when out of memory. */
+/* Samples are dense where there is much light: each counts for the solid angle it stands for. Returns -1 when out of memory. */
 static int areas(work *k)
 {
 	const rbf_incidence *in = k->incidence;
@@ -371,10 +379,7 @@ static int areas(work *k)
 	k->area = malloc((in->count / k->hold + 1) * sizeof *k->area);
 	for (size_t i = k->hold / 2; i < in->count && k->area; i += k->hold) {
 		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
-		uint32_t index[AREA_AROUND];
-		float distance[AREA_AROUND];
-		const int found = rbf_tree_nearest(&k->tree, w, AREA_AROUND, index, distance);
-		k->area[held++] = found ? distance[found - 1] + SAME : 1;
+		k->area[held++] = area_at(k, w, AREA_AROUND);
 	}
 	return k->area ? 0 : -1;
 }

@@ -11,6 +11,13 @@ typedef struct rbf_ready_lobe {
 	float dsf[3];               /* as many as channels */
 } rbf_ready_lobe;
 
+/* What gaps between scan lines are to fits that are much wider than samples are apart along them. */
+typedef enum rbf_lines {
+	RBF_LINES_LEFT,             /* dark, and filled from other incidences if these tell */
+	RBF_LINES_BRIDGED,          /* as smooth as can be, and measured */
+	RBF_LINES_FILLED            /* as smooth as can be, and filled */
+} rbf_lines;
+
 /* All samples of one component at one incident direction.
  * Coordinates are those of the component's own half space: both incident and outgoing vectors are turned to
  * z > 0 by flipping the sign of z alone (x and y are kept), so that the later stages know nothing of sides. */
@@ -19,6 +26,7 @@ typedef struct rbf_incidence {
 	size_t count;
 	double *outgoing;           /* count x 3, unit, z > 0 */
 	float *dsf;                 /* count x channels: f |cos(theta_o)|, sr^-1; may be negative (noise) */
+	rbf_lines lines;
 	size_t lobes;               /* lobes instead of samples; 0 where the component was measured */
 	rbf_ready_lobe *lobe;
 } rbf_incidence;

@@ -196,19 +196,37 @@ int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *in
 	return found;
 }
 
-float rbf_tree_gap(const rbf_tree *tree, const float p[3])
+/* What is seen from p, in its tangent plane: the squared distance of the nearest along each of four axes. */
+typedef struct around {
+	const float *p;
+	float t[3], u[3], nearest[4];
+} around;
+
+static void look_at(around *a, const float q[3], float distance)
+{
+	const float x = rbf_dot(q, a->t), y = rbf_dot(q, a->u);
+	const int axis = fabsf(y) < AXIS * fabsf(x) ? 0 : fabsf(x) < AXIS * fabsf(y) ? 1 : x * y > 0 ? 2 : 3;
+	if (distance > 1e-10f)
+		a->nearest[axis] = fminf(a->nearest[axis], distance);
+}
+
+static float farthest_axis(const around *a)
+{
+	return fmaxf(fmaxf(a->nearest[0], a->nearest[1]), fmaxf(a->nearest[2], a->nearest[3]));
+}
+
+float rbf_tree_gap(const rbf_tree *tree, const float p[3], int all)
 {
 	uint32_t index[GAP_AROUND];
-	float distance[GAP_AROUND], t[3], u[3], nearest[4] = {INFINITY, INFINITY, INFINITY, INFINITY}, most = 0;
+	float distance[GAP_AROUND];
+	around a = {.p = p, .nearest = {INFINITY, INFINITY, INFINITY, INFINITY}};
 	const int found = rbf_tree_nearest(tree, p, GAP_AROUND, index, distance);
-	rbf_basis(p, t, u);
-	for (int n = 0; n < found; n++) {
-		const float *q = tree->point[index[n]], x = rbf_dot(q, t), y = rbf_dot(q, u);
-		const int axis = fabsf(y) < AXIS * fabsf(x) ? 0 : fabsf(x) < AXIS * fabsf(y) ? 1 : x * y > 0 ? 2 : 3;
-		if (distance[n] > 1e-10f)
-			nearest[axis] = fminf(nearest[axis], distance[n]);
-	}
-	for (int a = 0; a < 4; a++)
-		most = fmaxf(most, nearest[a]);
-	return most < INFINITY ? sqrtf(most) : 0;
+	rbf_basis(p, a.t, a.u);
+	for (int n = 0; n < found; n++)
+		look_at(&a, tree->point[index[n]], distance[n]);
+	if (farthest_axis(&a) < INFINITY)
+		all = 0;
+	for (size_t i = 0; i < tree->count && all; i++)
+		look_at(&a, tree->point[i], distance2(p, tree->point[i]));
+	return farthest_axis(&a) < INFINITY ? sqrtf(farthest_axis(&a)) : 0;
 }

@@ -35,7 +35,7 @@ int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *in
 
 /* How far directions are apart about one of them, along the axis where they are farthest: samples of a scan by arcs may be ten times as
  * far from each other across the arcs as along them, and lobes as narrow as along would leave the dark between. Either side of an axis will
- * do, as at the horizon or a hole there is but one; 0 if the nearest do not tell, as they all lie on one line. The tree's index must be
- * its own order. */
-float rbf_tree_gap(const rbf_tree *tree, const float direction[3]);
+ * do, as at the horizon or a hole there is but one. all: those far off are asked too, if the nearest do not tell as they lie on one line; 0 if
+ * none tells. The tree's index must be its own order. */
+float rbf_tree_gap(const rbf_tree *tree, const float direction[3], int all);
 #endif

@@ -19,15 +19,15 @@ static void lattice(int n, int of, float q[3])
 	q[2] = (float)z;
 }
 
-/* The place in the tree of the point that stands for direction q; -1: there is none. */
-static ptrdiff_t place_of(const rbf_tree *tree, const float q[3])
+/* The place in the tree of the point that stands for direction q; -1: there is none. bridged: as rbf_tree_gap() takes it. */
+static ptrdiff_t place_of(const rbf_tree *tree, const float q[3], int bridged)
 {
 	uint32_t place;
 	float distance, reach = REACH_LEAST;
 	if (!rbf_tree_nearest(tree, q, 1, &place, &distance))
 		return -1;
 	if (distance > reach * reach)
-		reach = rbf_tree_gap(tree, tree->point[place]);
+		reach = rbf_tree_gap(tree, tree->point[place], bridged);
 	return distance <= reach * reach ? (ptrdiff_t)place : -1;
 }
 
@@ -51,6 +51,7 @@ int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 	float (*w)[3] = malloc((in->count + 1) * sizeof *w), q[3];
 	int unseen = 0;
 	memset(seen, 0, sizeof *seen);
+	seen->bridged = in->lines == RBF_LINES_BRIDGED;
 	for (size_t i = 0; i < in->count && w; i++)
 		for (int a = 0; a < 3; a++)
 			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
@@ -59,7 +60,7 @@ int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 	free(w);
 	for (int n = 0; n < COARSE && !failed; n++) {
 		lattice(n, COARSE, q);
-		unseen += place_of(&seen->measured, q) < 0;
+		unseen += place_of(&seen->measured, q, seen->bridged) < 0;
 	}
 	seen->share = (float)unseen / COARSE;
 	return failed ? -1 : 0;
@@ -72,7 +73,7 @@ int rbf_seen_refine(rbf_seen *seen)
 	uint32_t count = 0;
 	for (int n = 0; n < FINE && unseen; n++) {
 		lattice(n, FINE, q);
-		if (place_of(&seen->measured, q) < 0)
+		if (place_of(&seen->measured, q, seen->bridged) < 0)
 			memcpy(unseen[count++], q, sizeof q);
 	}
 	seen->share = (float)count / FINE;
@@ -84,7 +85,7 @@ int rbf_seen_refine(rbf_seen *seen)
 		float far = INFINITY;
 		rbf_tree_nearest(&tree, seen->measured.point[i], 1, &nearest, &far);
 		seen->band[i] = far < BAND * BAND;
-		seen->gap[i] = seen->band[i] ? rbf_tree_gap(&seen->measured, seen->measured.point[i]) : -1;
+		seen->gap[i] = seen->band[i] ? rbf_tree_gap(&seen->measured, seen->measured.point[i], seen->bridged) : -1;
 	}
 	rbf_tree_free(&tree);
 	free(unseen);
@@ -135,6 +136,6 @@ float rbf_seen_certainty(const rbf_seen *seen, const float direction[3], int inn
 	const ptrdiff_t own = sample_at(seen, direction);
 	if (own >= 0)
 		return !inner || !seen->band[own];
-	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, direction);
+	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, direction, 0);
 	return filled >= 0 ? seen->certainty[filled] : 0;
 }

@@ -7,6 +7,7 @@
 
 /* A direction is seen where the nearest sample is hardly farther away than samples are from each other there. */
 typedef struct rbf_seen {
+	int bridged;         /* 1: what lies between scan lines is measured */
 	rbf_tree measured;     /* directions of the samples; its index is its own order, as that of the next */
 	uint32_t *sample;      /* of the incidence, which each is from */
 	uint8_t *band;         /* of each: 1 where something unseen is near */

@@ -184,6 +184,45 @@ static void what_they_do_not_show_is_left(void **state)
 	bsdfrbf_close(m);
 }
 
+/* A broad gloss over a ground. */
+static void broad(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + in[0], y = out[1] + in[1], z = out[2] - in[2];
+	xyz[0] = xyz[1] = xyz[2] = .1 + exp(-5 * (x*x + y*y + z*z));
+}
+
+/* Lines through the normal, samples along the first as close as an instrument can: what lies between is not dark for that. A narrow gloss,
+ * which no other line meets, is not spread for that. */
+static void scan_lines(void **state)
+{
+	(void)state;
+	static double out[2000][3], value[2000];
+	static bsdf *const material[2] = {broad, gloss};
+	for (int n = 0; n < 2; n++) {
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = bsdfrbf_data_new(context);
+		for (int theta = 0; theta <= 60; theta += 15) {
+			double in[3], xyz[3];
+			size_t count = 0;
+			polar(theta, 0, in);
+			for (int azimuth = 0; azimuth < 180; azimuth += 30)
+				for (int step = -340; step <= 340; step += azimuth ? 20 : 1) {
+					polar(abs(step) / 4., step < 0 ? azimuth + 180 : azimuth, out[count]);
+					material[n](in, out[count], xyz);
+					value[count++] = xyz[0];
+				}
+			assert_int_equal(bsdfrbf_data_add(context, data, in, count, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
+		}
+		bsdfrbf_model *model = fixture_build_data(context, data, 0, 2);
+		const double error = error_beyond(model, material[n], 0, 37);
+		print_message("%s: %.4f\n", n ? "narrow" : "broad", error);
+		assert_true(error < (n ? .1 : .035));
+		bsdfrbf_close(model);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -191,6 +230,7 @@ int main(void)
 		cmocka_unit_test(what_others_show_is_filled),
 		cmocka_unit_test(what_symmetry_shows_is_filled),
 		cmocka_unit_test(what_they_do_not_show_is_left),
+		cmocka_unit_test(scan_lines),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

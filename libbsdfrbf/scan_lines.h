@@ -1,0 +1,9 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Were samples taken along lines, far apart for the distance of samples along them? */
+#ifndef RBF_SCAN_LINES_H
+#define RBF_SCAN_LINES_H
+#include "measure.h"
+
+/* Sets *lines to whether that is so of more than a few samples at any incidence. Returns 0, or -1 when out of memory. */
+int rbf_scan_lines(const rbf_measured *measured, int *lines);
+#endif
