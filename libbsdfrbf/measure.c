@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "gather.h"
+#include "scan_lines.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -398,10 +399,11 @@ bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data
 	size_t incidences = 0;
 	for (int c = 0; c < 4; c++) {
 		const rbf_measured *measured = &data->component[c];
-		size_t dark = 0, few = 0;
-		char first_dark[80] = "", first_few[80] = "";
+		size_t dark = 0, few = 0, flat = 0;
+		char first_dark[80] = "", first_few[80] = "", first_flat[80] = "";
 		for (size_t i = 0; i < measured->count; i++) {
 			const rbf_incidence *incidence = &measured->incidence[i];
+			double normal[3];
 			int light = 0;
 			for (size_t k = 0; k < incidence->count && !light; k++)
 				light = incidence->dsf[(size_t)data->channels * k + (size_t)y] > 0;
@@ -411,6 +413,8 @@ bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data
 				describe(incidence, c, first_dark);
 			if (!measured->ready && incidence->count < FEW_SAMPLES && !few++)
 				describe(incidence, c, first_few);
+			else if (!measured->ready && incidence->count >= FEW_SAMPLES && rbf_scan_plane(incidence, normal) && !flat++)
+				describe(incidence, c, first_flat);
 		}
 		if (measured->count && dark == measured->count)
 			return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no value is above zero at any of the %zu incidences: "
@@ -421,6 +425,9 @@ bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data
 		if (few)
 			rbf_warn(context, "%s: fewer than %d samples at %zu of %zu incidences, the first at %s (degrees): "
 				"the fit will be poor there", rbf_component_name(c), FEW_SAMPLES, few, measured->count, first_few);
+		if (flat)
+			rbf_warn(context, "%s: all samples are in one plane at %zu of %zu incidences, the first at %s (degrees): light beside it, and DHR, "
+				"are a guess; measure other planes", rbf_component_name(c), flat, measured->count, first_flat);
 		/* theta beyond 90 by a slip of the operator puts one file of many on the other side */
 		const size_t other = data->component[c ^ 1].count;
 		if (measured->count == 1 && other >= 3) {

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "scan_lines.h"
 #include "neighbours.h"
+#include "vector.h"
 
 #include <stdlib.h>
 
 enum { INCIDENCES = 8, SAMPLES = 100, FEW = 5 }; /* that are asked, at most; samples that may be on lines */
+
+static const double FLAT = .035, WIDE = .17; /* sines: samples are 2 degrees off a plane at most, and reach over 10 degrees of it */
 
 /* How many of some samples have all neighbours on one line; -1 when out of memory. */
 static int on_lines(const rbf_incidence *in)
@@ -26,6 +29,37 @@ static int on_lines(const rbf_incidence *in)
 	rbf_tree_free(&tree);
 	free(w);
 	return found;
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+	for (int n = 0; n < 3; n++)
+		out[n] = a[(n + 1) % 3] * b[(n + 2) % 3] - a[(n + 2) % 3] * b[(n + 1) % 3];
+}
+
+int rbf_scan_plane(const rbf_incidence *in, double normal[3])
+{
+	const double *w = in->outgoing;
+	double square = 0;
+	normal[0] = normal[1] = normal[2] = 0;
+	for (size_t i = 1; i < in->count; i++) { /* of the first sample and the one that is farthest from its line */
+		double c[3];
+		cross(w, w + 3*i, c);
+		const double s = c[0]*c[0] + c[1]*c[1] + c[2]*c[2];
+		if (s > square) {
+			square = s;
+			for (int n = 0; n < 3; n++)
+				normal[n] = c[n];
+		}
+	}
+	for (int n = 0; n < 3 && square > 0; n++)
+		normal[n] /= sqrt(square);
+	for (size_t i = 0; i < in->count; i++) {
+		const double across = normal[0]*w[3*i] + normal[1]*w[3*i + 1] + normal[2]*w[3*i + 2];
+		if (fabs(across) > FLAT)
+			return 0;
+	}
+	return square > WIDE * WIDE;
 }
 
 int rbf_scan_lines(const rbf_measured *measured, int *lines)

@@ -223,6 +223,46 @@ static void scan_lines(void **state)
 	}
 }
 
+/* Falls off with tangential components. */
+static void in_cosines(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + in[0], y = out[1] + in[1];
+	xyz[0] = xyz[1] = xyz[2] = .01 + exp(-80 * (x*x + y*y));
+}
+
+/* What was measured in the plane of incidence alone falls off beside it as along it, by angles or by tangential components: which of them is found. */
+static void one_plane(void **state)
+{
+	(void)state;
+	static double out[200][3], value[200];
+	static bsdf *const material[2] = {gloss, in_cosines};
+	for (int n = 0; n < 2; n++) {
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = bsdfrbf_data_new(context);
+		warned = 0;
+		bsdfrbf_set_warning(context, count_warning, NULL);
+		for (int theta = 0; theta <= 60; theta += 15) {
+			double in[3], xyz[3];
+			size_t count = 0;
+			polar(theta, 0, in);
+			for (int step = -85; step <= 85; step++) {
+				polar(abs(step), step < 0 ? 180 : 0, out[count]);
+				material[n](in, out[count], xyz);
+				value[count++] = xyz[0];
+			}
+			assert_int_equal(bsdfrbf_data_add(context, data, in, count, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
+		}
+		bsdfrbf_model *model = fixture_build_data(context, data, 0, 2);
+		const double error = error_beyond(model, material[n], 0, 37);
+		print_message("%s: %.4f\n", n ? "by cosines" : "by angles", error);
+		assert_true(error < .05);
+		assert_int_equal(warned, 1);
+		bsdfrbf_close(model);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -231,6 +271,7 @@ int main(void)
 		cmocka_unit_test(what_symmetry_shows_is_filled),
 		cmocka_unit_test(what_they_do_not_show_is_left),
 		cmocka_unit_test(scan_lines),
+		cmocka_unit_test(one_plane),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

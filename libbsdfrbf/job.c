@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "job.h"
+#include "arrange.h"
+#include "expect.h"
+#include "fit.h"
+#include "lobe_count.h"
+#include "turned.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double SAME_DEG = .25;      /* incidences closer than this are one */
+static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
+
+static void free_fits(rbf_job *j)
+{
+	for (uint32_t b = 0; b < j->fitted.bases && j->fitted.lobes; b++)
+		rbf_lobes_free(&j->fitted.lobes[b]);
+	free(j->fitted.lobes);
+	free(j->fit_error);
+	free(j->lobes);
+	free(j->scatter);
+	j->fitted.lobes = NULL;
+	j->fit_error = j->scatter = NULL;
+	j->lobes = NULL;
+}
+
+void rbf_job_free(rbf_job *j)
+{
+	if (j->turned)
+		rbf_turned_free(&j->measured);
+	free_fits(j);
+	free(j->measured.incidence);
+	free(j->direction);
+	rbf_label_release(&j->fitted);
+	rbf_choice_free(&j->choice);
+}
+
+static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
+{
+	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+}
+
+bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all, const char *name, rbf_job *j)
+{
+	j->measured.ready = all->ready;
+	j->measured.incidence = calloc(all->count + 1, sizeof *j->measured.incidence);
+	j->direction = calloc(3 * all->count + 3, sizeof *j->direction);
+	if (!j->measured.incidence || !j->direction)
+		return out_of_memory(context);
+	for (size_t i = 0; i < all->count; i++) {
+		const rbf_incidence *in = &all->incidence[i];
+		double theta, phi;
+		rbf_job_angles(in->direction, &theta, &phi);
+		if (theta > GRAZING_DEG) {
+			rbf_warn(context, "%s: incidence theta %.2f phi %.2f is too close to the surface and is left out", name, theta, phi);
+			continue;
+		}
+		size_t twin = j->measured.count;
+		for (size_t b = 0; b < j->measured.count && twin == j->measured.count; b++) {
+			const double *d = j->measured.incidence[b].direction;
+			const double x = d[0] - in->direction[0], y = d[1] - in->direction[1], z = d[2] - in->direction[2];
+			if (sqrt(x*x + y*y + z*z) < SAME_DEG * RBF_PI / 180)
+				twin = b;
+		}
+		if (twin < j->measured.count) {
+			double theta2, phi2;
+			rbf_incidence *other = &j->measured.incidence[twin];
+			rbf_job_angles(other->direction, &theta2, &phi2);
+			rbf_warn(context, "%s: incidences theta %.2f phi %.2f and theta %.2f phi %.2f are nearly the same; the one with %zu samples is used",
+				name, theta2, phi2, theta, phi, in->count > other->count ? in->count : other->count);
+			if (in->count > other->count || in->lobes > other->lobes)
+				*other = *in;
+			continue;
+		}
+		j->measured.incidence[j->measured.count++] = *in;
+	}
+	if (!j->measured.count)
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no usable incidence (all lie in the surface's plane); check the incident angles", name);
+	for (size_t b = 0; b < j->measured.count; b++)
+		memcpy(j->direction + 3*b, j->measured.incidence[b].direction, 3 * sizeof *j->direction);
+	return BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress,
+	rbf_job *j, rbf_component *c)
+{
+	const int64_t bases = (int64_t)j->measured.count;
+	free_fits(j);
+	rbf_fitted *m = &j->fitted;
+	if (!j->measured.ready && rbf_fit_lambertian(m->team, &j->measured, channels, c->lambertian)) /* ready lobes contain it */
+		return out_of_memory(context);
+	m->bases = (uint32_t)bases;
+	m->channels = (uint32_t)channels;
+	m->direction = j->direction;
+	m->symmetry = j->symmetry.symmetry;
+	m->lobes = calloc((size_t)bases + 1, sizeof *m->lobes);
+	j->fit_error = malloc(((size_t)bases + 1) * sizeof *j->fit_error);
+	j->scatter = malloc(((size_t)bases + 1) * sizeof *j->scatter);
+	if (!m->lobes || !j->fit_error || !j->scatter)
+		return out_of_memory(context);
+	uint32_t *count = j->lobes = malloc(((size_t)bases + 1) * sizeof *count);
+	rbf_trials trials = {0};
+	float error[RBF_TRIALS_MOST];
+	int failed = !count || rbf_trials_make(&trials, (size_t)bases, j->direction);
+	for (int64_t b = 0; b < bases && !failed; b++) {
+		count[b] = lobes;
+		j->fit_error[b] = -1;
+	}
+	j->held_out = -1;
+	if (!failed && !lobes && !j->measured.ready) {
+		failed = rbf_lobe_count(m->team, &j->measured, &trials, channels, c->lambertian, count, error);
+		double sum = 0;
+		for (uint32_t t = 0; t < trials.count && !failed; t++) {
+			j->fit_error[rbf_trial_base(&trials, t)] = error[t];
+			sum += (double)error[t];
+		}
+		j->held_out = (float)(sum / trials.count);
+	}
+	if (failed || rbf_progress(context, "lobes", progress)) {
+		rbf_trials_free(&trials);
+		return failed ? out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	}
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < bases; b++) {
+		if (rbf_team_mine(m->team, (uint64_t)b))
+			failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], channels, &m->lobes[b])
+			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], NULL)) != 0;
+	}
+	failed = rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, (uint32_t)bases, (uint32_t)channels, m->lobes)
+		|| (!j->measured.ready && rbf_expect_fit(&j->measured, &trials, m, c->lambertian, count, j->scatter));
+	rbf_trials_free(&trials);
+	if (failed)
+		return out_of_memory(context);
+	double energy = 0;
+	for (int64_t b = 0; b < bases; b++)
+		for (uint32_t i = 0; i < m->lobes[b].count; i++)
+			energy += m->lobes[b].mass[i];
+	if (!(energy + (double)c->lambertian[rbf_luminance((uint32_t)channels)] > 0))
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no sample is above zero; nothing to interpolate", name);
+	return BSDFRBF_OK;
+}
+
+int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)
+{
+	const size_t count = j->measured.count;
+	*other = (rbf_job){.measured = j->measured, .symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
+	other->measured.incidence = malloc((count + 1) * sizeof *other->measured.incidence);
+	other->direction = malloc((3 * count + 1) * sizeof *other->direction);
+	if (!other->measured.incidence || !other->direction)
+		return -1;
+	memcpy(other->measured.incidence, j->measured.incidence, count * sizeof *j->measured.incidence);
+	memcpy(other->direction, j->direction, 3 * count * sizeof *j->direction);
+	other->turned = own;
+	return own ? rbf_turn(&other->measured, channels, other->direction) : 0;
+}

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* One component's build: its incidences, and their fits. */
+#ifndef RBF_JOB_H
+#define RBF_JOB_H
+#include "left_out.h"
+#include "measure.h"
+
+/* What one component's build holds until it is done. */
+typedef struct rbf_job {
+	rbf_measured measured;  /* chosen incidences; samples borrowed, unless turned */
+	int turned;             /* samples are our own copies */
+	double *direction;
+	rbf_symmetry_choice symmetry;
+	float *fit_error;
+	uint32_t *lobes;        /* places of lobes in each fit, if they are ours */
+	float *scatter;         /* error of the fits by expect.h, if they are ours */
+	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
+	rbf_fitted fitted;
+	rbf_choice choice;
+	uint32_t filled;        /* as of rbf_component */
+} rbf_job;
+
+/* Incidences worth fitting: not grazing, not the same twice. Errors: DATA, MEMORY. */
+bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all, const char *name, rbf_job *job);
+
+/* Fits all of them, in place of former fits, and the Lambertian part into component->lambertian. lobes: places of each; 0: chosen from the data. Errors: DATA,
+ * MEMORY, CANCELLED. Opens OpenMP regions. */
+bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *job,
+	rbf_component *component);
+
+/* The same incidences once more, for other fits. Samples and mesh are borrowed, samples copied if `own`. Returns 0, or -1 when out of memory; to be freed in
+ * any case. */
+int rbf_job_copy(const rbf_job *job, int channels, int own, rbf_job *other);
+void rbf_job_free(rbf_job *job);
+
+static inline void rbf_job_angles(const double d[3], double *theta, double *phi)
+{
+	*theta = atan2(hypot(d[0], d[1]), d[2]) * 180 / RBF_PI;
+	*phi = *theta < 1e-3 ? 0 : fmod(atan2(d[1], d[0]) * 180 / RBF_PI + 360, 360);
+}
+#endif

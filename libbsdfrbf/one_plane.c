@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "one_plane.h"
+#include "model.h"
+#include "scan_lines.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RINGS = 40, AROUND = 24, PEAKS = 4, HALF_SMOOTH = 2, CHANNELS = 3 };
+static const double RISE = 1.5;     /* over the lowest so far: another peak begins */
+static const double BESIDE = .15;   /* sine of the azimuth to the plane: what is nearer is measured */
+static const double NEAREST = .003; /* of the rings */
+static const double FAINT = 1e-3;   /* of the highest peak */
+static const double LOWEST = .02;   /* of the cosine: f is DSF over it */
+
+/* A sample's place along the plane, a sine or an angle, and its f; luminance smoothed. */
+typedef struct point { double s, f[CHANNELS], smooth; } point;
+
+static int by_place(const void *a, const void *b)
+{
+	const double x = ((const point *)a)->s, y = ((const point *)b)->s;
+	return (x > y) - (x < y);
+}
+
+/* What lies at a distance to one side of place `from`; 0: nothing is known there. */
+static int profile(const point *p, size_t count, int channels, double from, double distance, int side, double f[CHANNELS])
+{
+	const double s = from + side * distance;
+	size_t low = 0, high = count;
+	if (!count || s < p[0].s || s > p[count - 1].s)
+		return 0;
+	while (high - low > 1) {
+		const size_t middle = low + (high - low) / 2;
+		if (p[middle].s <= s)
+			low = middle;
+		else
+			high = middle;
+	}
+	const size_t next = low + 1 < count ? low + 1 : low;
+	const double wide = p[next].s - p[low].s, t = wide > 0 ? (s - p[low].s) / wide : 0;
+	for (int c = 0; c < channels; c++)
+		f[c] = (1 - t) * p[low].f[c] + t * p[next].f[c];
+	return 1;
+}
+
+/* Direction (along, across, normal) at a distance from a place, at an azimuth that is 0 along the plane. Returns 0 if it is none. */
+static int direction_at(enum rbf_one_plane by, double place, double distance, double azimuth, double w[3])
+{
+	const double a = cos(azimuth), h = sin(azimuth);
+	if (by == RBF_PLANE_COSINES) {
+		w[0] = place + distance * a;
+		w[1] = distance * h;
+		w[2] = sqrt(fmax(1 - w[0]*w[0] - w[1]*w[1], 0));
+	} else {
+		w[0] = cos(distance) * sin(place) + sin(distance) * a * cos(place);
+		w[1] = sin(distance) * h;
+		w[2] = cos(distance) * cos(place) - sin(distance) * a * sin(place);
+	}
+	return w[2] > LOWEST && distance < RBF_PI;
+}
+
+/* Adds what a peak sends to a direction. Returns whether it is known. */
+static int add_peak(enum rbf_one_plane by, const point *p, size_t count, int channels, double place, const double w[3], double f[CHANNELS])
+{
+	const double along = by == RBF_PLANE_COSINES ? w[0] - place : w[0] * cos(place) - w[2] * sin(place), tangent = hypot(along, w[1]);
+	const double distance = by == RBF_PLANE_COSINES ? tangent : atan2(tangent, w[0] * sin(place) + w[2] * cos(place));
+	const double ahead = tangent > 0 ? .5 * (1 + along / tangent) : .5;
+	double side[2][CHANNELS];
+	const int front = profile(p, count, channels, place, distance, 1, side[0]), back = profile(p, count, channels, place, distance, -1, side[1]);
+	const double share = front && back ? ahead : front;
+	for (int c = 0; c < channels; c++)
+		f[c] += (front ? share * side[0][c] : 0) + (back ? (1 - share) * side[1][c] : 0);
+	return front || back;
+}
+
+static double highest(const point *p, size_t count)
+{
+	double top = 0;
+	for (size_t i = 0; i < count; i++)
+		top = fmax(top, p[i].smooth);
+	return top;
+}
+
+/* Keeps in `main` what falls off from its highest point, and moves the rest, other peaks, to `other`. Returns the place of the highest. */
+static double split(point *main, point *other, size_t count, int channels)
+{
+	size_t top = 0;
+	const double most = highest(main, count);
+	while (main[top].smooth < most)
+		top++;
+	memcpy(other, main, count * sizeof *other);
+	for (size_t i = 0; i < count; i++)
+		memset(other[i].f, 0, sizeof other[i].f);
+	for (int side = -1; side <= 1; side += 2) {
+		size_t low = top;
+		for (size_t i = top; side > 0 ? i + 1 < count : i > 0;) {
+			i = side > 0 ? i + 1 : i - 1;
+			other[i].smooth = 0;
+			if (main[i].smooth <= RISE * main[low].smooth) {
+				low = main[i].smooth < main[low].smooth ? i : low;
+				continue;
+			}
+			for (int c = 0; c < channels; c++) {
+				other[i].f[c] = fmax(main[i].f[c] - main[low].f[c], 0);
+				main[i].f[c] = main[low].f[c];
+			}
+			other[i].smooth = main[i].smooth - main[low].smooth;
+		}
+	}
+	other[top].smooth = 0;
+	return main[top].s;
+}
+
+/* Smoothed luminance: a mean of medians would do as well; noise must not look like peaks. */
+static void smooth(point *p, size_t count, int luminance)
+{
+	for (size_t i = 0; i < count; i++) {
+		const size_t from = i > HALF_SMOOTH ? i - HALF_SMOOTH : 0, to = i + HALF_SMOOTH < count ? i + HALF_SMOOTH : count - 1;
+		p[i].smooth = 0;
+		for (size_t n = from; n <= to; n++)
+			p[i].smooth += fmax(p[n].f[luminance], 0) / (double)(to - from + 1);
+	}
+}
+
+/* Room for all is there. Returns the new count. */
+static size_t add_rings(enum rbf_one_plane by, const point *p, const double peak[PEAKS], int peaks, size_t count, int channels,
+	const double plane[2], double *outgoing, float *dsf)
+{
+	size_t samples = count;
+	for (int r = 0; r < RINGS * peaks; r++)
+		for (int a = 0; a < AROUND; a++) {
+			const double distance = NEAREST * pow(2 / NEAREST, (r % RINGS + .5) / RINGS), azimuth = 2 * RBF_PI * (a + .5) / AROUND;
+			double w[3], f[CHANNELS] = {0}, *to = outgoing + 3 * samples;
+			int known = fabs(sin(azimuth)) > BESIDE && direction_at(by, peak[r / RINGS], distance, azimuth, w);
+			for (int k = 0; k < peaks && known; k++)
+				known = add_peak(by, p + (size_t)k * count, count, channels, peak[k], w, f) || k;
+			if (!known)
+				continue;
+			to[0] = w[0] * plane[0] - w[1] * plane[1];
+			to[1] = w[0] * plane[1] + w[1] * plane[0];
+			to[2] = w[2];
+			for (int c = 0; c < channels; c++)
+				dsf[samples * (size_t)channels + (size_t)c] = (float)(f[c] * w[2]);
+			samples++;
+		}
+	return samples;
+}
+
+int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane by)
+{
+	const size_t count = in->count -= in->guessed, room = count + PEAKS * RINGS * AROUND;
+	double normal[3];
+	in->guessed = 0;
+	if (count < 3 || !rbf_scan_plane(in, normal) || fabs(normal[2]) > BESIDE)
+		return 0;
+	point *p = malloc((PEAKS + 1) * count * sizeof *p);
+	double *outgoing = realloc(in->outgoing, 3 * room * sizeof *outgoing);
+	in->outgoing = outgoing ? outgoing : in->outgoing;
+	float *dsf = realloc(in->dsf, (size_t)channels * room * sizeof *dsf);
+	in->dsf = dsf ? dsf : in->dsf;
+	if (!p || !outgoing || !dsf) {
+		free(p);
+		return -1;
+	}
+	const double length = hypot(normal[0], normal[1]), plane[2] = {normal[1] / length, -normal[0] / length};
+	const int luminance = (int)rbf_luminance((uint32_t)channels);
+	for (size_t i = 0; i < count; i++) {
+		const double *w = outgoing + 3*i;
+		const double along = w[0]*plane[0] + w[1]*plane[1];
+		p[i].s = by == RBF_PLANE_COSINES ? along : atan2(along, w[2]);
+		for (int c = 0; c < channels; c++)
+			p[i].f[c] = (double)dsf[i * (size_t)channels + (size_t)c] / fmax(w[2], LOWEST);
+	}
+	qsort(p, count, sizeof *p, by_place);
+	smooth(p, count, luminance);
+	double peak[PEAKS], least = 0;
+	int peaks = 0;
+	for (; peaks < PEAKS; peaks++) {
+		point *own = p + (size_t)peaks * count;
+		const double top = highest(own, count);
+		least = peaks ? least : FAINT * top;
+		if (peaks && !(top > least))
+			break;
+		peak[peaks] = split(own, own + count, count, channels);
+	}
+	in->count = add_rings(by, p, peak, peaks, count, channels, plane, outgoing, dsf);
+	in->guessed = in->count - count;
+	free(p);
+	return 0;
+}
