@@ -10,8 +10,8 @@
 static inline __attribute__((always_inline)) rbf_lanes shares_at(const rbf_site *site, uint32_t frame, rbf_lanes z)
 {
 	const float limited = site->fan[frame].limit;
-	if (!(limited > 1))
-		z = rbf_lanes_all(1);
+	if (!(limited > 1)) /* the same for all directions: none takes over */
+		return rbf_lanes_all(1);
 	/* as rbf_validity() */
 	rbf_lanes v = z * (1 / RBF_VALID_Z);
 	v = rbf_lanes_min(rbf_lanes_max(v, rbf_lanes_all(RBF_VALID_LEAST)), rbf_lanes_all(1));
