@@ -3,6 +3,7 @@
 #include "assemble.h"
 #include "asymmetry.h"
 #include "choose.h"
+#include "difference.h"
 #include "edges.h"
 #include "energy.h"
 #include "expect.h"
@@ -24,6 +25,7 @@
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float ISOTROPIC = .5f, OTHER_GAIN = .95f; /* of the leave-one-out error */
+static const float GUESS = .3f; /* of the difference between two guesses */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
 enum { FILL_ROUNDS = 2 };
@@ -161,7 +163,7 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 		info[b].dhr = value[y] + c->lambertian[y];
 		info[b].fit_error = j->fit_error[b];
 		info[b].loo_error = j->choice.base_error[b];
-		info[b].expected = expected[b];
+		info[b].expected = j->guess ? hypotf(expected[b], j->guess[b]) : expected[b];
 	}
 	free(expected);
 	c->facts.fit_error = j->held_out;
@@ -237,6 +239,16 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 	return BSDFRBF_OK;
 }
 
+/* Of what is guessed, two guesses that differ tell how far it may be wrong. Returns 0, or -1 when out of memory. */
+static int doubt_guess(rbf_job *j, const rbf_job *other, const rbf_component *c)
+{
+	const rbf_fitted *m = &j->fitted;
+	j->guess = malloc((m->bases + 1) * sizeof *j->guess);
+	for (uint32_t b = 0; b < m->bases && j->guess; b++)
+		j->guess[b] = GUESS * rbf_difference(&m->lobes[b], &other->fitted.lobes[b], NULL, c->lambertian[rbf_luminance(m->channels)]);
+	return j->guess ? 0 : -1;
+}
+
 /* Where all was measured in one plane, whether light beside it falls off by tangential components or by angles is told by how well each way
  * predicts incidences that are left out; likewise, where samples were taken along lines, whether it is smooth or dark between these, and whether
  * other incidences tell. */
@@ -252,6 +264,8 @@ static bsdfrbf_status try_others(bsdfrbf_context *context, const char *name, int
 		rbf_job other;
 		bsdfrbf_status status = rbf_job_copy(j, channels, 1, &other) || guess_beside(&other.measured, channels, RBF_PLANE_ANGLES, &planes)
 			? out_of_memory(context) : try_other(context, name, channels, lobes, from, to, j, &other, c);
+		if (status == BSDFRBF_OK && doubt_guess(j, &other, c))
+			status = out_of_memory(context);
 		rbf_job_free(&other);
 		RBF_TRY(status);
 	}

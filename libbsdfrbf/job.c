@@ -32,6 +32,7 @@ void rbf_job_free(rbf_job *j)
 	free_fits(j);
 	free(j->measured.incidence);
 	free(j->direction);
+	free(j->guess);
 	rbf_label_release(&j->fitted);
 	rbf_choice_free(&j->choice);
 }

@@ -14,6 +14,7 @@ typedef struct rbf_job {
 	float *fit_error;
 	uint32_t *lobes;        /* places of lobes in each fit, if they are ours */
 	float *scatter;         /* error of the fits by expect.h, if they are ours */
+	float *guess;           /* error of what was guessed beside one plane, or NULL */
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
 	rbf_choice choice;
