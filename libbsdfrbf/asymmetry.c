@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "asymmetry.h"
-#include "difference.h"
+#include "moved.h"
 #include "neighbours.h"
 
 #include <stdlib.h>
@@ -23,18 +23,14 @@ int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertia
 	*found = (rbf_asymmetry){.mean = -1, .worst = -1};
 	for (uint32_t b = 0; b < m->bases && !failed; b++)
 		for (int i = 1; i < ops; i++) { /* the first is none */
-			float image[3], distance[TURNED], mirror[9] = {0};
+			float image[3], distance[TURNED];
 			uint32_t other[TURNED];
-			for (int n = 0; n < 3; n++)
-				mirror[4*n] = 1;
-			rbf_mirror((unsigned)op[i], mirror, mirror);
-			rbf_mirror((unsigned)op[i], mirror + 3, mirror + 3);
 			rbf_mirror((unsigned)op[i], d[b], image);
 			const int near = rbf_tree_nearest(&tree, image, symmetry == RBF_ISOTROPIC ? TURNED : 1, other, distance);
 			for (int n = 0; n < near; n++) {
 				if (distance[n] > SAME * SAME || other[n] < b) /* a pair counts once */
 					continue;
-				const float l1 = rbf_difference(&m->lobes[b], &m->lobes[other[n]], mirror, lambertian);
+				const float l1 = rbf_moved_mirrored(&m->lobes[b], d[b], (unsigned)op[i], &m->lobes[other[n]], d[other[n]], lambertian);
 				sum += (double)l1;
 				count++;
 				if (l1 > found->worst) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "isotropy.h"
-#include "difference.h"
+#include "moved.h"
 
 #include <stdlib.h>
 
@@ -14,28 +14,20 @@ static const float LIKE = 2 * DEGREE;        /* polar angles, at most */
 static const float RING = .25f * DEGREE;     /* that are one */
 static const float TURNED = 10 * DEGREE;     /* azimuths, at least */
 
-/* A beam moves where polar angles differ, in one of these ways. */
-static const unsigned MAP[] = {RBF_MAP_FIXED, RBF_MAP_MIRROR, RBF_MAP_RETRO};
-enum { MAPS = sizeof MAP / sizeof *MAP };
-
 typedef struct spot { float theta, phi; } spot;
 
-/* From exitant directions at incidence b to those at incidence o. */
-static void turn_between(const rbf_fitted *m, const spot *at, uint32_t b, uint32_t o, unsigned map, float turn[9])
+/* How far incidence o is from b, turned about the normal to o's azimuth. */
+static void turned_difference(const rbf_fitted *m, const spot *at, uint32_t b, uint32_t o, float lambertian, float difference[RBF_MOVED])
 {
 	const float c = cosf(at[o].phi - at[b].phi), s = sinf(at[o].phi - at[b].phi), z[9] = {c, -s, 0, s, c, 0, 0, 0, 1};
 	float from[3], to[3];
-	rbf_warp warp;
 	for (int n = 0; n < 3; n++) {
 		to[n] = (float)m->direction[3*o + (uint32_t)n];
 		from[n] = 0;
 		for (int k = 0; k < 3; k++)
 			from[n] += z[3*n + k] * (float)m->direction[3*b + (uint32_t)k];
 	}
-	rbf_warp_set(&warp, map, NULL, from, to);
-	for (int n = 0; n < 3; n++)
-		for (int k = 0; k < 3; k++)
-			turn[3*n + k] = warp.kind == RBF_KIND_TURN ? warp.m[3*n]*z[k] + warp.m[3*n + 1]*z[3 + k] + warp.m[3*n + 2]*z[6 + k] : z[3*n + k];
+	rbf_moved_difference(&m->lobes[b], &m->lobes[o], z, from, to, lambertian, difference);
 }
 
 /* Those that incidence b is compared with. */
@@ -63,7 +55,7 @@ int rbf_isotropy_of(const rbf_fitted *m, float lambertian, float enough, float *
 {
 	spot *at = malloc((m->bases + 1) * sizeof *at);
 	uint32_t *ring = malloc((m->bases + 1) * sizeof *ring), asked = 0, pairs = 0, told = 0;
-	double sum[MAPS] = {0};
+	double sum[RBF_MOVED] = {0};
 	float least = INFINITY;
 	const int failed = !at || !ring;
 	for (uint32_t b = 0; b < m->bases && !failed; b++) {
@@ -74,15 +66,15 @@ int rbf_isotropy_of(const rbf_fitted *m, float lambertian, float enough, float *
 	for (uint32_t b = 0; b < m->bases && !failed && !(pairs >= SURE && least > CLEAR * enough); b++) {
 		uint32_t other[OTHERS];
 		const uint32_t count = at[b].theta < NEAR_NORMAL ? 0 : find_others(m, at, b, ring, other);
-		for (uint32_t n = 0; n < count; n++, pairs++)
-			for (int k = 0; k < MAPS; k++) {
-				float turn[9];
-				turn_between(m, at, b, other[n], MAP[k], turn);
-				sum[k] += (double)rbf_difference(&m->lobes[b], &m->lobes[other[n]], turn, lambertian);
-			}
+		for (uint32_t n = 0; n < count; n++, pairs++) {
+			float difference[RBF_MOVED];
+			turned_difference(m, at, b, other[n], lambertian, difference);
+			for (int k = 0; k < RBF_MOVED; k++)
+				sum[k] += (double)difference[k];
+		}
 		told += count > 0;
 		least = INFINITY;
-		for (int k = 0; k < MAPS && pairs; k++)
+		for (int k = 0; k < RBF_MOVED && pairs; k++)
 			least = fminf(least, (float)(sum[k] / pairs));
 	}
 	free(at);
