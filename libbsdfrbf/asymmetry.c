@@ -30,7 +30,7 @@ int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertia
 			for (int n = 0; n < near; n++) {
 				if (distance[n] > SAME * SAME || other[n] < b) /* a pair counts once */
 					continue;
-				const float l1 = rbf_moved_mirrored(&m->lobes[b], d[b], (unsigned)op[i], &m->lobes[other[n]], d[other[n]], lambertian);
+				const float l1 = rbf_moved_mirrored(&m->lobes[b], d[b], (unsigned)op[i], &m->lobes[other[n]], d[other[n]], lambertian, 0);
 				sum += (double)l1;
 				count++;
 				if (l1 > found->worst) {

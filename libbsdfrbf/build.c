@@ -12,6 +12,7 @@
 #include "job.h"
 #include "levels.h"
 #include "one_plane.h"
+#include "scale.h"
 #include "scan_lines.h"
 #include "trend.h"
 #include "tune.h"
@@ -131,6 +132,19 @@ static bsdfrbf_status find_isotropy(bsdfrbf_context *context, const char *name, 
 	return BSDFRBF_OK;
 }
 
+static void tell_scale(bsdfrbf_context *context, const char *name, const rbf_job *j)
+{
+	for (uint32_t b = 0; b < j->fitted.bases && j->scale; b++) {
+		const double times = (double)j->scale[b];
+		double theta, phi;
+		if (!(times < 1 || times > 1))
+			continue;
+		rbf_job_angles(j->direction + 3*b, &theta, &phi);
+		rbf_warn(context, "%s: incidence theta %.1f phi %.1f sends %.*f times the light that those around it tell; it is kept as measured: check "
+			"its scale, or measure it again", name, theta, phi, times < .095 ? 3 : times < 9.5 ? 1 + (times < .95) : 0, times);
+	}
+}
+
 static float longest(const rbf_component *c)
 {
 	float top = 0;
@@ -171,6 +185,33 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 	memcpy(c->facts.frame_share, j->choice.share, sizeof c->facts.frame_share);
 	memcpy(c->facts.symmetry_text, j->symmetry.text, sizeof c->facts.symmetry_text);
 	return status;
+}
+
+/* Chooses frames as if all incidences had been measured at one scale. */
+static bsdfrbf_status choose_frames(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+{
+	rbf_fitted *m = &j->fitted;
+	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
+	free(j->scale);
+	j->scale = malloc(((size_t)m->bases + 1) * sizeof *j->scale);
+	const int found = j->scale ? rbf_scale_find(m, lambertian, j->scale) : -1;
+	if (found <= 0) {
+		free(j->scale);
+		j->scale = NULL;
+	}
+	if (found < 0)
+		return out_of_memory(context);
+	if (!found)
+		return rbf_choose(context, m, lambertian, j->held_out, from, to, &j->choice);
+	rbf_scale_lobes(m, j->scale, 0);
+	if (rbf_label_renew(m, m->candidates))
+		return out_of_memory(context);
+	RBF_TRY(rbf_choose(context, m, lambertian, j->held_out, from, to, &j->choice));
+	rbf_scale_lobes(m, j->scale, 1);
+	for (uint32_t b = 0; b < m->bases; b++)
+		if (j->choice.base_error[b] >= 0)
+			j->choice.base_error[b] = fmaxf(j->choice.base_error[b], fabsf(1 / j->scale[b] - 1));
+	return BSDFRBF_OK;
 }
 
 /* Fits anew what was filled. */
@@ -214,7 +255,7 @@ static bsdfrbf_status fill_unseen(bsdfrbf_context *context, double from, double 
 	if (!j->filled)
 		return BSDFRBF_OK;
 	rbf_choice_free(&j->choice);
-	return rbf_choose(context, m, c->lambertian[rbf_luminance(m->channels)], j->held_out, from, to, &j->choice);
+	return choose_frames(context, from, to, j, c);
 }
 
 /* Fits and choice of another job, which takes the place of the first if it predicts incidences that are left out better. */
@@ -224,7 +265,7 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
 	if (rbf_label_prepare(&other->fitted))
 		return out_of_memory(context);
-	RBF_TRY(rbf_choose(context, &other->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], other->held_out, from, to, &other->choice));
+	RBF_TRY(choose_frames(context, from, to, other, c));
 	RBF_TRY(fill_unseen(context, from, to, other, c));
 	if (other->choice.error < OTHER_GAIN * j->choice.error) {
 		const rbf_job former = *j;
@@ -245,7 +286,7 @@ static int doubt_guess(rbf_job *j, const rbf_job *other, const rbf_component *c)
 	const rbf_fitted *m = &j->fitted;
 	j->guess = malloc((m->bases + 1) * sizeof *j->guess);
 	for (uint32_t b = 0; b < m->bases && j->guess; b++)
-		j->guess[b] = GUESS * rbf_difference(&m->lobes[b], &other->fitted.lobes[b], NULL, c->lambertian[rbf_luminance(m->channels)]);
+		j->guess[b] = GUESS * rbf_difference(&m->lobes[b], &other->fitted.lobes[b], NULL, c->lambertian[rbf_luminance(m->channels)], 0);
 	return j->guess ? 0 : -1;
 }
 
@@ -314,7 +355,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	c->present = 1;
 	if (rbf_label_prepare(&j->fitted))
 		return out_of_memory(context);
-	RBF_TRY(rbf_choose(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], j->held_out, from + .4 * span, from + .6 * span, &j->choice));
+	RBF_TRY(choose_frames(context, from + .4 * span, from + .6 * span, j, c));
 	if (!symmetry)
 		RBF_TRY(find_isotropy(context, name, j, c, found));
 	if (*found && !j->turned)
@@ -322,6 +363,8 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	RBF_TRY(fill_unseen(context, from + .6 * span, from + .8 * span, j, c));
 	RBF_TRY(try_others(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
 	c->filled = j->filled;
+	tell_scale(context, name, j);
+	j->fitted.scale = j->scale;
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))
 		return out_of_memory(context);
 	if (rbf_levels_make(&j->fitted, j->choice.even, j->choice.slopes, c))

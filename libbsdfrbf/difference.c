@@ -12,35 +12,53 @@ static double total_mass(const rbf_lobes *l)
 	return total;
 }
 
+/* One of the two: its lobes, and what Lambertian part it has that the other lacks. */
+typedef struct light {
+	const rbf_lobes *lobes;
+	double mass, more;
+} light;
+
 /* Mean of |f - g'| / (f + g') over directions drawn from f. back: g' is g as seen by the inverse of turn. */
-static double drawn(const rbf_lobes *f, const rbf_lobes *g, const float turn[9], int back, double total)
+static double drawn(const light *f, const light *g, const float turn[9], int back)
 {
-	const uint32_t y = rbf_luminance(f->channels);
-	double sum = 0, running = f->count ? f->mass[0] : 0;
+	const rbf_lobes *l = f->lobes;
+	const uint32_t y = rbf_luminance(l->channels);
+	const double total = f->mass + f->more;
+	double sum = 0, running = l->count ? l->mass[0] : 0;
 	uint32_t lobe = 0;
 	for (int p = 0; p < POINTS && total > 0; p++) {
+		const double at = (p + .5) / POINTS * total, u = fmod(p * .7548776662 + .5, 1), v = fmod(p * .5698402910, 1);
 		float centre[3], o[3], image[3], a[3], b[3];
-		while (lobe + 1 < f->count && running < (p + .5) / POINTS * total)
-			running += f->mass[++lobe];
-		rbf_lobe_centre(f, lobe, centre);
-		rbf_lobe_draw(centre, rbf_lobe_kappa(f, lobe), fmod(p * .7548776662 + .5, 1), fmod(p * .5698402910, 1), o);
+		while (lobe + 1 < l->count && running < at)
+			running += l->mass[++lobe];
+		if (f->more > 0 && at > f->mass) {
+			const double r = sqrt(u);
+			o[0] = (float)(r * cos(2 * RBF_PI * v));
+			o[1] = (float)(r * sin(2 * RBF_PI * v));
+			o[2] = (float)sqrt(1 - u);
+		} else {
+			rbf_lobe_centre(l, lobe, centre);
+			rbf_lobe_draw(centre, rbf_lobe_kappa(l, lobe), u, v, o);
+		}
 		if (!(o[2] > 0))
 			continue;
 		for (int n = 0; n < 3; n++)
 			image[n] = !turn ? o[n] : back ? turn[n]*o[0] + turn[3 + n]*o[1] + turn[6 + n]*o[2]
 			         : turn[3*n]*o[0] + turn[3*n + 1]*o[1] + turn[3*n + 2]*o[2];
-		rbf_lobes_sum(f, o, a);
-		rbf_lobes_sum(g, image, b);
-		sum += fabs((double)a[y] - (double)b[y]) / fmax((double)a[y] + (double)b[y], 1e-30) / POINTS;
+		rbf_lobes_sum(l, o, a);
+		rbf_lobes_sum(g->lobes, image, b);
+		const double own = (double)a[y] + f->more * (double)o[2] / RBF_PI, other = (double)b[y] + g->more * (double)o[2] / RBF_PI;
+		sum += fabs(own - other) / fmax(own + other, 1e-30) / POINTS;
 	}
 	return sum;
 }
 
 /* Directions are drawn from both, so that what only one of them has counts as well, and no quotient is large. */
-float rbf_difference(const rbf_lobes *a, const rbf_lobes *b, const float turn[9], float lambertian)
+float rbf_difference(const rbf_lobes *a, const rbf_lobes *b, const float turn[9], float lambertian, float more)
 {
-	const double mass[2] = {total_mass(a), total_mass(b)}, mean = .5 * (mass[0] + mass[1]) + (double)lambertian;
+	const light of_a = {a, total_mass(a), fmax(-(double)more, 0)}, of_b = {b, total_mass(b), fmax((double)more, 0)};
+	const double part[2] = {of_a.mass + of_a.more, of_b.mass + of_b.more}, mean = .5 * (part[0] + part[1]) + (double)lambertian;
 	if (!(mean > 0))
 		return 0;
-	return (float)((mass[0] * drawn(a, b, turn, 0, mass[0]) + mass[1] * drawn(b, a, turn, 1, mass[1])) / mean);
+	return (float)((part[0] * drawn(&of_a, &of_b, turn, 0) + part[1] * drawn(&of_b, &of_a, turn, 1)) / mean);
 }

@@ -6,6 +6,6 @@
 
 /* Integral of |a - b'| over the hemisphere, over half that of a + b'; luminance. b' is b as seen by the rotation or mirror operation `turn`, rows,
  * that takes directions of a to those of b; NULL: none. lambertian: luminance of the Lambertian part that both share (it counts in the
- * denominator). 0 if both are empty. */
-float rbf_difference(const rbf_lobes *a, const rbf_lobes *b, const float turn[9], float lambertian);
+ * denominator); more: of what b has beyond that, or, if negative, a; it does not turn. 0 if both are empty. */
+float rbf_difference(const rbf_lobes *a, const rbf_lobes *b, const float turn[9], float lambertian, float more);
 #endif

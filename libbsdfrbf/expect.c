@@ -38,7 +38,7 @@ int rbf_expect_fit(const rbf_measured *measured, const rbf_trials *trials, const
 			failed = 1;
 			continue;
 		}
-		error[t] = rbf_difference(&m->lobes[b], &half, NULL, floor);
+		error[t] = rbf_difference(&m->lobes[b], &half, NULL, floor, 0);
 		rbf_lobes_free(&half);
 	}
 	if (rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, trials->count, sizeof *error, error))

@@ -33,6 +33,7 @@ void rbf_job_free(rbf_job *j)
 	free(j->measured.incidence);
 	free(j->direction);
 	free(j->guess);
+	free(j->scale);
 	rbf_label_release(&j->fitted);
 	rbf_choice_free(&j->choice);
 }

@@ -17,6 +17,7 @@ typedef struct rbf_job {
 	float *guess;           /* error of what was guessed beside one plane, or NULL */
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
+	float *scale;           /* of each incidence (scale.h), or NULL where all are 1 */
 	rbf_choice choice;
 	uint32_t filled;        /* as of rbf_component */
 } rbf_job;

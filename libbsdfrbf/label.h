@@ -26,6 +26,7 @@ typedef struct rbf_fitted {
 	uint32_t candidates;
 	rbf_candidate candidate[RBF_CANDIDATES]; /* the listed maps first, each at its own id */
 	uint32_t *lobe_first;         /* [bases + 1]: where a base's lobes start in such rows */
+	const float *scale;           /* [bases]: how many times what those around it tell each sends (scale.h); NULL: once */
 } rbf_fitted;
 
 /* Fills neighbours, lobe_first and the candidates with the listed maps. Opens OpenMP regions. Returns 0, or -1 when out of memory or

@@ -16,6 +16,7 @@ enum { SCREEN = 4 }; /* every fourth trial is made first */
 static const float BETWEEN = .15f; /* weight of a corner that an incidence lies between */
 static const double NORMAL = .9999; /* cosine: it is next to all azimuths */
 static const float SCREEN_LOSS = 1.06f;
+static const double MOST = 2; /* that a trial counts: what differs by more than this differs by how much light there is */
 
 /* One left-out incidence: where it falls in the mesh of the others, and its own fit at test directions. */
 typedef struct rbf_left_out_trial {
@@ -287,7 +288,7 @@ static float mean_error(const rbf_left_out *b, const rbf_choice *choice, uint32_
 	double sum = 0;
 	uint32_t count = 0;
 	for (uint32_t t = 0; t < b->trials; t += step, count++)
-		sum += (double)choice->base_error[b->trial[t].base];
+		sum += fmin((double)choice->base_error[b->trial[t].base], MOST);
 	return count ? (float)(sum / count) : -1;
 }
 

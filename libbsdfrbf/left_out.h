@@ -14,7 +14,7 @@ typedef struct rbf_choice {
 	int slopes;        /* 1: with slopes */
 	int tune;          /* light is tuned to the DHR that is expected: 1, or 2: with slopes */
 	float cap;         /* of residual motion (advect.h); 0: none */
-	float error;       /* mean leave-one-out L1, < 0: could not be measured */
+	float error;       /* mean leave-one-out L1, of which each counts 2 at most; < 0: could not be measured */
 	float *base_error; /* [bases], < 0: not measured; owned */
 } rbf_choice;
 

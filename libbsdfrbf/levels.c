@@ -87,7 +87,7 @@ float *rbf_levels_sent(const rbf_fitted *m)
 		double sum = 0;
 		for (uint32_t i = 0; i < m->lobes[b].count; i++)
 			sum += m->lobes[b].mass[i];
-		root[b] = (float)sqrt(sqrt(sum));
+		root[b] = (float)sqrt(sqrt(m->scale ? sum / (double)m->scale[b] : sum));
 	}
 	return root;
 }
@@ -161,6 +161,10 @@ rbf_level *rbf_levels_all(const rbf_fitted *m, const float *root, int slopes)
 		rbf_level_of(m, root, NULL, (uint32_t)b, &level[b]);
 		if (!slopes)
 			rbf_level_flatten(&level[b]);
+		const float back = m->scale ? sqrtf(sqrtf(m->scale[b])) : 1;
+		level[b].root *= back;
+		for (int n = 0; n < 3; n++)
+			level[b].slope[n] *= back;
 	}
 	return level;
 }

@@ -4,8 +4,8 @@
 #define RBF_LEVELS_H
 #include "label.h"
 
-/* Fourth roots of the luminance that each incidence's lobes send, and of the part of it above the horizon, its DHR without the Lambertian part:
- * [bases], to be freed. NULL: out of memory. The latter opens an OpenMP region. */
+/* Fourth roots of the luminance that each incidence's lobes send, and of the part of it above the horizon, its DHR without the Lambertian part: over
+ * fitted->scale, [bases], to be freed. NULL: out of memory. The latter opens an OpenMP region. */
 float *rbf_levels_sent(const rbf_fitted *fitted);
 float *rbf_levels_arrived(const rbf_fitted *fitted);
 
@@ -18,8 +18,8 @@ static inline void rbf_level_flatten(rbf_level *level)
 	level->slope[0] = level->slope[1] = level->slope[2] = 0;
 }
 
-/* Levels of all incidences, [bases], with slopes or not, to be freed. root: as above; NULL: out of memory, as the answer is then. Opens an OpenMP
- * region. */
+/* Levels of all incidences as measured, [bases], with slopes or not, to be freed. root: as above; NULL: out of memory, as the answer is then. Opens
+ * an OpenMP region. */
 rbf_level *rbf_levels_all(const rbf_fitted *fitted, const float *root, int slopes);
 
 /* The root where a site has such corners: levels and directions of the vertices, weights that sum to 1. */
