@@ -375,7 +375,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	}
 	if (rbf_progress(context, "tables", from + .85 * span))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	if (rbf_assemble_cull(o->team, c, longest(c)) || (j->choice.tune && rbf_tune_make(&j->fitted, j->choice.tune > 1, c))
+	if (rbf_assemble_cull(o->team, c, longest(c)) || (j->choice.tune && rbf_tune_make(&j->fitted, j->choice.tune, c))
 			|| rbf_assemble_dhr(o->team, c))
 		return out_of_memory(context);
 	return set_facts(context, j, c);

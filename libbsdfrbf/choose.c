@@ -356,13 +356,13 @@ static int even(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
-/* Tunes light to the DHR that is expected, with levels evened or not, where that helps clearly: it makes up for what evening cannot know where
+/* Tunes light to the DHR that is expected, each way, with levels evened or not, where that helps clearly: it makes up for what evening cannot know where
  * incidences are few. */
 static int tune(const rbf_left_out *b, rbf_choice *best)
 {
 	rbf_choice round = {0};
 	int failed = 0;
-	for (int way = 0; way < 6 && !failed; way++) {
+	for (int way = 0; way < 9 && !failed; way++) {
 		rbf_choice next = alike(b, best);
 		next.even = (uint32_t)way % 3;
 		next.tune = 1 + way / 3;

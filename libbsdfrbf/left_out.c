@@ -25,6 +25,7 @@ typedef struct rbf_left_out_trial {
 	rbf_vertex vertex[3];
 	float weight[3];
 	rbf_level level[3], arrived[3]; /* of those with a weight, as far as the others tell */
+	rbf_knot knot[3];   /* of DHR, likewise */
 	float (*point)[3];  /* exitant, of importance density */
 	float *truth, *measure; /* DSF and solid angle stood for, per point */
 	double energy;
@@ -39,6 +40,7 @@ void rbf_left_out_free(rbf_left_out *b)
 	}
 	free(b->trial);
 	free(b->arrived);
+	free(b->value);
 }
 
 /* Test directions: half drawn from the fit itself, half by cosine; weights by the balance heuristic (Veach 1997). */
@@ -89,10 +91,11 @@ static int trial_points(const rbf_lobes *l, float lambertian, trial *t)
 	return 0;
 }
 
-/* Corners and weights of an incidence in the mesh of those that are not left out with it. across: without those either that it lies between,
+/* Corners, weights and knots of an incidence in the mesh of those that are not left out with it. across: without those either that it lies between,
  * but for normal incidence. Returns 1 if it is inside, 0 if outside, -1 if nothing is left, or with *status an error. */
-static int place_trial(bsdfrbf_context *context, const rbf_fitted *m, const unsigned char *left_out, int across, trial *t, bsdfrbf_status *status)
+static int place_trial(bsdfrbf_context *context, const rbf_left_out *b, const unsigned char *left_out, int across, trial *t, bsdfrbf_status *status)
 {
+	const rbf_fitted *m = b->fitted;
 	unsigned char *out = malloc(m->bases);
 	int inside = -1;
 	*status = out ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
@@ -115,8 +118,15 @@ static int place_trial(bsdfrbf_context *context, const rbf_fitted *m, const unsi
 		shell.mesh = mesh;
 		rbf_site_turn(&shell, t->incident, &site);
 		inside = !(rbf_mesh_locate(&mesh, site.incident, corner, t->weight) & RBF_MESH_BORDER);
-		for (int n = 0; n < 3; n++)
+		rbf_knot *knot = rbf_network_make(&mesh, b->value);
+		for (int n = 0, k = 0; n < 3 && knot; n++) {
 			t->vertex[n] = mesh.vertex[corner[n]];
+			if (t->weight[n] > 0)
+				t->knot[k++] = knot[t->vertex[n].base];
+		}
+		if (!knot)
+			*status = rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		free(knot);
 		rbf_mesh_free(&mesh);
 	}
 	free(out);
@@ -141,7 +151,7 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 			bsdfrbf_status status;
 			memset(out, 0, m->bases);
 			rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, base, out);
-			const int inside = place_trial(context, m, out, across, t, &status);
+			const int inside = place_trial(context, b, out, across, t, &status);
 			if (status != BSDFRBF_OK)
 				return status;
 			if (inside != !outside)
@@ -173,7 +183,8 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 	float *sent = rbf_levels_sent(m);
 	unsigned char *out = malloc(m->bases + 1);
 	b->arrived = rbf_levels_arrived(m);
-	const bsdfrbf_status status = b->trial && sent && out && b->arrived ? make_trials(context, m, lambertian, across, sent, out, b)
+	b->value = b->arrived ? rbf_tune_arrived(m->bases, b->arrived) : NULL;
+	const bsdfrbf_status status = b->trial && sent && out && b->value ? make_trials(context, m, lambertian, across, sent, out, b)
 		: rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	free(sent);
 	free(out);
@@ -250,8 +261,8 @@ static double trial_tune(const rbf_left_out *b, const rbf_choice *choice, const 
 			vertex[corners] = t->vertex[n];
 			weight[corners++] = t->weight[n];
 		}
-	const double root = (double)rbf_level_between(corners, level, vertex, weight), own = pow((double)b->arrived[t->base], 4);
-	return truth > 0 ? rbf_tune_ratio(root * root * root * root, own * is / truth) : 1;
+	const double expected = rbf_tune_expected(corners, level, choice->tune > 2 ? t->knot : NULL, vertex, weight);
+	return truth > 0 ? rbf_tune_ratio(expected, (double)b->value[t->base] * is / truth) : 1;
 }
 
 static int trial_error(const rbf_left_out *b, const rbf_choice *choice, const rbf_component *c, const trial *t, float *error)

@@ -12,7 +12,7 @@ typedef struct rbf_choice {
 	float limit[RBF_MAX_FRAMES]; /* of each frame's shares (model.h); 0: that of its map */
 	uint32_t even;     /* how far levels are evened (model.h) */
 	int slopes;        /* 1: with slopes */
-	int tune;          /* light is tuned to the DHR that is expected: 1, or 2: with slopes */
+	int tune;          /* light is tuned to the DHR that is expected: 1, 2: with slopes, or 3: by a network (network.h) */
 	float cap;         /* of residual motion (advect.h); 0: none */
 	float error;       /* mean leave-one-out L1, of which each counts 2 at most; < 0: could not be measured */
 	float *base_error; /* [bases], < 0: not measured; owned */
@@ -29,6 +29,7 @@ typedef struct rbf_left_out {
 	uint32_t trials;
 	struct rbf_left_out_trial *trial;
 	float *arrived;  /* as rbf_levels_arrived() */
+	float *value;    /* as rbf_tune_arrived() */
 } rbf_left_out;
 
 /* lambertian: luminance of the Lambertian part. across: those between which an incidence lies are left out with it, so that what it is predicted

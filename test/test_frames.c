@@ -10,6 +10,7 @@
 
 #include "levels.h"
 #include "model_fixture.h"
+#include "network.h"
 
 /* L1 over incidences at each theta, and at azimuths half way between those that are phi_step apart. */
 static double error_between(const bsdfrbf_model *m, bsdf *f, double phi_step, int thetas, const double theta[])
@@ -165,6 +166,109 @@ static void light_is_tuned(void **state)
 	bsdfrbf_close(m);
 }
 
+/* A film between whose fringes few incidences were measured. */
+static void fringed(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + in[0], y = out[1] + in[1], z = out[2] - in[2], swing = sin(3 * acos(fmin(in[2], 1)) - .3);
+	xyz[0] = xyz[1] = xyz[2] = .01 + (.2 + .8 * swing * swing) * exp(-25 * (x*x + y*y + z*z));
+}
+
+/* Light is tuned to a spline through what was measured. */
+static void fringes_are_followed(void **state)
+{
+	(void)state;
+	static const plan p = {"fringed", 9, 1, {0, 10, 20, 30, 40, 50, 60, 70, 80}, 0, 0, 100};
+	bsdfrbf_model *m = fixture_build_of(&p, fringed, NULL, 0, 1);
+	bsdfrbf_component_info info;
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	assert_int_equal(info.tuned, 1);
+	if (!(error_between(m, fringed, 0, 8, (const double[8]){5, 15, 25, 35, 45, 55, 65, 75}) < .025))
+		fail_msg("wrong between the measured incidences");
+	bsdfrbf_close(m);
+}
+
+/* Second derivative by the angle at the first or second end of an interval of a chain whose azimuth is 0. */
+static double bend_at(const rbf_knot *a, const rbf_knot *b, double a_theta, double b_theta, int end)
+{
+	const double h = b_theta - a_theta, chord = (double)(b->value - a->value) / h;
+	const double p = (double)a->slope[0] / cos(a_theta), q = (double)b->slope[0] / cos(b_theta);
+	return (end ? 2*p + 4*q - 6*chord : 6*chord - 4*p - 2*q) / h;
+}
+
+/* On a chain the network is the natural cubic spline that is even about the normal, whatever the spacing. */
+static void a_chain_is_splined(void **state)
+{
+	(void)state;
+	static const double theta[6] = {0, 8, 25, 35, 60, 70};
+	static const float value[6] = {.2f, .5f, .1f, .12f, .6f, .3f};
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	double direction[6 * 3];
+	rbf_mesh mesh;
+	for (int i = 0; i < 6; i++)
+		polar(theta[i], 0, direction + 3*i);
+	assert_int_equal(rbf_mesh_build(context, RBF_ISOTROPIC, 6, direction, NULL, &mesh), BSDFRBF_OK);
+	rbf_knot *knot = rbf_network_make(&mesh, value);
+	assert_non_null(knot);
+	assert_float_equal((double)knot[0].slope[0], 0, 1e-4);
+	for (int i = 1; i < 6; i++) {
+		const double before = bend_at(&knot[i - 1], &knot[i], theta[i - 1] * DEGREE, theta[i] * DEGREE, 1);
+		const double after = i < 5 ? bend_at(&knot[i], &knot[i + 1], theta[i] * DEGREE, theta[i + 1] * DEGREE, 0) : 0;
+		assert_float_equal((double)knot[i].value, (double)value[i], 0);
+		assert_float_equal(before, after, 2e-3);
+	}
+	free(knot);
+	rbf_mesh_free(&mesh);
+	bsdfrbf_context_free(context);
+}
+
+/* Between the vertices of triangles the network is closer to what is smooth than the plane through their values, whichever part of the circle
+ * was measured. */
+static void triangles_are_smoothed(void **state)
+{
+	(void)state;
+	static const struct { rbf_symmetry symmetry; int phis; double step; } plans[] = {
+		{RBF_ANISOTROPIC, 12, 30}, {RBF_QUADRILATERAL, 4, 30}, {RBF_BILATERAL_Y, 7, 30}, {RBF_UP, 6, 30}};
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	for (size_t p = 0; p < sizeof plans / sizeof *plans; p++) {
+		double direction[60 * 3], plain = 0, error = 0;
+		float value[60];
+		uint32_t count = 0;
+		rbf_mesh mesh;
+		for (int t = 0; t < 5; t++)
+			for (int a = 0; a < (t ? plans[p].phis : 1); a++)
+				polar(15 * t, plans[p].step * a, direction + 3 * count++);
+		for (uint32_t b = 0; b < count; b++)
+			value[b] = (float)(1 + .4*direction[3*b]*direction[3*b] + .5 * direction[3*b + 2] * direction[3*b + 2] * direction[3*b + 2]);
+		assert_int_equal(rbf_mesh_build(context, plans[p].symmetry, count, direction, NULL, &mesh), BSDFRBF_OK);
+		rbf_knot *knot = rbf_network_make(&mesh, value);
+		assert_non_null(knot);
+		for (uint32_t e = 0; e < mesh.elements; e++) {
+			static const float third[3] = {1 / 3.f, 1 / 3.f, 1 / 3.f};
+			rbf_vertex vertex[3];
+			rbf_knot of[3];
+			float middle[3] = {0, 0, 0}, mean = 0;
+			for (int k = 0; k < 3; k++) {
+				vertex[k] = mesh.vertex[mesh.element[e].v[k]];
+				of[k] = knot[vertex[k].base];
+				mean += of[k].value / 3;
+				for (int n = 0; n < 3; n++)
+					middle[n] += vertex[k].direction[n];
+			}
+			rbf_normalize(middle);
+			if (middle[2] < .6f) /* at the edge of the data less is known */
+				continue;
+			const float truth = 1 + .4f*middle[0]*middle[0] + .5f*middle[2]*middle[2]*middle[2];
+			plain += (double)fabsf(mean - truth);
+			error += (double)fabsf(rbf_network_between(3, of, vertex, third) - truth);
+		}
+		print_message("%c: %.4f of %.4f\n", plans[p].symmetry, error, plain);
+		assert_true(error < .2 * plain);
+		free(knot);
+		rbf_mesh_free(&mesh);
+	}
+	bsdfrbf_context_free(context);
+}
+
 /* Levels of second degree over the tangential components: their slopes are known, whichever part of the circle was measured. */
 static void slopes_are_met(void **state)
 {
@@ -211,6 +315,9 @@ int main(void)
 		cmocka_unit_test(shares_are_limited),
 		cmocka_unit_test(light_is_tuned),
 		cmocka_unit_test(slopes_are_met),
+		cmocka_unit_test(fringes_are_followed),
+		cmocka_unit_test(a_chain_is_splined),
+		cmocka_unit_test(triangles_are_smoothed),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
