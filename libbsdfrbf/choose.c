@@ -356,8 +356,8 @@ static int even(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
-/* Tunes light to the DHR that is expected, each way, with levels evened or not, where that helps clearly: it makes up for what evening cannot know where
- * incidences are few. */
+/* Tunes light to the DHR that is expected, each way, with levels evened or not, where that helps clearly: it makes up for what evening cannot
+ * know where incidences are few. */
 static int tune(const rbf_left_out *b, rbf_choice *best)
 {
 	rbf_choice round = {0};
