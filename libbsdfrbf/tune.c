@@ -71,6 +71,8 @@ int rbf_tune_make(const rbf_fitted *m, int how, rbf_component *c)
 	float *root = rbf_levels_arrived(m), *value = root ? rbf_tune_arrived(m->bases, root) : NULL;
 	float (*tune)[RBF_TUNE] = calloc((size_t)items + 1, sizeof *tune);
 	rbf_level *level = rbf_levels_all(m, root, how > 1);
+	for (uint32_t b = 0; b < m->bases && value && m->scale; b++)
+		value[b] *= m->scale[b]; /* as measured, as levels are */
 	rbf_knot *knot = value && how > 2 ? rbf_network_make(&c->mesh, value) : NULL;
 	const target to = {level, knot};
 	const int failed = !level || !tune || !value || (how > 2 && !knot);
