@@ -26,7 +26,8 @@
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float ISOTROPIC = .5f, OTHER_GAIN = .95f; /* of the leave-one-out error */
-static const float GUESS = .3f; /* of the difference between two guesses */
+static const float ANGLES_GAIN = .7f; /* likewise, for angles where facets may mirror; what is seen too coarsely looks alike at all incidences */
+static const float GUESS = .15f; /* of the difference between two guesses */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
 enum { FILL_ROUNDS = 2 };
@@ -80,37 +81,29 @@ static bsdfrbf_status settle_symmetry(bsdfrbf_context *context, const char *name
 	return BSDFRBF_OK;
 }
 
+/* Samples beside the plane, if all incidences were measured in one alone; else those that were not tell more. *some: whether there are any.
+ * Returns 0, or -1 when out of memory. */
+static int guess_beside(rbf_measured *measured, int channels, enum rbf_one_plane by, int *some)
+{
+	double normal[3];
+	int failed = 0;
+	*some = !measured->ready;
+	for (size_t b = 0; b < measured->count && *some; b++)
+		*some = rbf_one_plane_only(&measured->incidence[b], normal);
+	for (size_t b = 0; b < measured->count && *some && !failed; b++)
+		failed = rbf_one_plane_complete(&measured->incidence[b], channels, by);
+	return failed;
+}
+
 /* Incidences of an isotropic material that were measured at several azimuths, and compared, are fitted as one. */
 static bsdfrbf_status join_turned(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *j,
 	rbf_component *c)
 {
-	const int gone = rbf_turned_join(&j->measured, channels, j->direction);
-	if (gone <= 0)
-		return gone ? out_of_memory(context) : BSDFRBF_OK;
-	return rbf_job_fit(context, name, channels, lobes, progress, j, c);
-}
-
-/* Samples beside the plane of those that were measured in one; *some: whether there are such. Returns 0, or -1 when out of memory. */
-static int guess_beside(rbf_measured *measured, int channels, enum rbf_one_plane by, int *some)
-{
-	int failed = 0;
-	*some = 0;
-	for (size_t b = 0; b < measured->count && !failed; b++) {
-		failed = rbf_one_plane_complete(&measured->incidence[b], channels, by);
-		*some |= measured->incidence[b].guessed > 0;
-	}
-	return failed;
-}
-
-static bsdfrbf_status complete_planes(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *j,
-	rbf_component *c)
-{
 	int some;
-	if (guess_beside(&j->measured, channels, RBF_PLANE_COSINES, &some))
+	const int gone = rbf_turned_join(&j->measured, channels, j->direction);
+	if (gone < 0 || (gone && guess_beside(&j->measured, channels, RBF_PLANE_COSINES, &some)))
 		return out_of_memory(context);
-	if (!some)
-		return BSDFRBF_OK;
-	return rbf_job_fit(context, name, channels, lobes, progress, j, c);
+	return gone ? rbf_job_fit(context, name, channels, lobes, progress, j, c) : BSDFRBF_OK;
 }
 
 /* Sets *found if other azimuths, turned about the normal, tell far more of an incidence than its neighbours do: then the material is isotropic,
@@ -258,23 +251,26 @@ static bsdfrbf_status fill_unseen(bsdfrbf_context *context, double from, double 
 	return choose_frames(context, from, to, j, c);
 }
 
-/* Fits and choice of another job, which takes the place of the first if it predicts incidences that are left out better. */
-static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
-	rbf_job *other, rbf_component *c)
+/* Fits and choice of another job, which takes the place of the first if it predicts incidences that are left out with less than `gain` times its
+ * error. */
+static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, float gain,
+	rbf_job *j, rbf_job *other, rbf_component *c)
 {
 	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
 	if (rbf_label_prepare(&other->fitted))
 		return out_of_memory(context);
 	RBF_TRY(choose_frames(context, from, to, other, c));
 	RBF_TRY(fill_unseen(context, from, to, other, c));
-	if (other->choice.error < OTHER_GAIN * j->choice.error) {
+	if (other->choice.error < gain * j->choice.error) {
 		const rbf_job former = *j;
 		const int handed = !other->turned; /* samples are the former's, if anybody's */
 		*j = *other;
 		*other = former;
 		if (handed) {
 			j->turned = former.turned;
+			j->guess = former.guess;
 			other->turned = 0;
+			other->guess = NULL;
 		}
 	}
 	return BSDFRBF_OK;
@@ -304,7 +300,7 @@ static bsdfrbf_status try_others(bsdfrbf_context *context, const char *name, int
 	if (planes) {
 		rbf_job other;
 		bsdfrbf_status status = rbf_job_copy(j, channels, 1, &other) || guess_beside(&other.measured, channels, RBF_PLANE_ANGLES, &planes)
-			? out_of_memory(context) : try_other(context, name, channels, lobes, from, to, j, &other, c);
+			? out_of_memory(context) : try_other(context, name, channels, lobes, from, to, j->transmits ? OTHER_GAIN : ANGLES_GAIN, j, &other, c);
 		if (status == BSDFRBF_OK && doubt_guess(j, &other, c))
 			status = out_of_memory(context);
 		rbf_job_free(&other);
@@ -318,7 +314,7 @@ static bsdfrbf_status try_others(bsdfrbf_context *context, const char *name, int
 		for (size_t b = 0; b < j->measured.count && status == BSDFRBF_OK; b++)
 			other.measured.incidence[b].lines = way;
 		if (status == BSDFRBF_OK)
-			status = try_other(context, name, channels, lobes, from, to, j, &other, c);
+			status = try_other(context, name, channels, lobes, from, to, OTHER_GAIN, j, &other, c);
 		rbf_job_free(&other);
 		RBF_TRY(status);
 	}
@@ -339,17 +335,16 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		rbf_warn(context, "%s: its lobes are ready in the .sir file; the number asked for does not count", name);
 	if (j->symmetry.symmetry == RBF_ISOTROPIC) {
 		j->turned = 1;
-		if (rbf_turn(&j->measured, channels, j->direction))
+		int some;
+		if (rbf_turn(&j->measured, channels, j->direction) || guess_beside(&j->measured, channels, RBF_PLANE_COSINES, &some))
 			return out_of_memory(context);
 	}
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	RBF_TRY(rbf_job_fit(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
 	RBF_TRY(settle_symmetry(context, name, j, c));
-	if (j->turned && !all->ready) {
+	if (j->turned && !all->ready)
 		RBF_TRY(join_turned(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
-		RBF_TRY(complete_planes(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
-	}
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, NULL, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
@@ -396,7 +391,7 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 		int found = 0;
 		bsdfrbf_status status = BSDFRBF_OK;
 		for (int pass = 0; pass <= found && status == BSDFRBF_OK; pass++) {
-			rbf_job j = {0};
+			rbf_job j = {.transmits = i == BSDFRBF_TF || i == BSDFRBF_TB};
 			rbf_component_free(&model->component[i]); /* of the former pass */
 			status = build_component(context, &data->component[i], rbf_component_name(i), data->channels, o, found ? 'I' : symmetry,
 				from + .6 * found * (to - from), to, &found, &j, &model->component[i]);

@@ -146,7 +146,7 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)
 {
 	const size_t count = j->measured.count;
-	*other = (rbf_job){.measured = j->measured, .symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
+	*other = (rbf_job){.measured = j->measured, .transmits = j->transmits, .symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
 	other->measured.incidence = malloc((count + 1) * sizeof *other->measured.incidence);
 	other->direction = malloc((3 * count + 1) * sizeof *other->direction);
 	if (!other->measured.incidence || !other->direction)

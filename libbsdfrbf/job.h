@@ -9,6 +9,7 @@
 typedef struct rbf_job {
 	rbf_measured measured;  /* chosen incidences; samples borrowed, unless turned */
 	int turned;             /* samples are our own copies */
+	int transmits;          /* of transmission */
 	double *direction;
 	rbf_symmetry_choice symmetry;
 	float *fit_error;

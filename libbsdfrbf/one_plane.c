@@ -7,14 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RINGS = 40, AROUND = 24, PEAKS = 4, HALF_SMOOTH = 2, CHANNELS = 3 };
+enum { RINGS = 40, AROUND = 24, PEAKS = 4, HALF_SMOOTH = 2, CHANNELS = 3, LEAST = 3 };
 static const double RISE = 1.5;     /* over the lowest so far: another peak begins */
 static const double BESIDE = .15;   /* sine of the azimuth to the plane: what is nearer is measured */
+static const double BACK = .2;      /* rad */
 static const double NEAREST = .003; /* of the rings */
 static const double FAINT = 1e-3;   /* of the highest peak */
 static const double LOWEST = .02;   /* of the cosine: f is DSF over it */
 
-/* A sample's place along the plane, a sine or an angle, and its f; luminance smoothed. */
+/* A sample's place along the plane, a sine, and its f; luminance smoothed. */
 typedef struct point { double s, f[CHANNELS], smooth; } point;
 
 static int by_place(const void *a, const void *b)
@@ -23,10 +24,14 @@ static int by_place(const void *a, const void *b)
 	return (x > y) - (x < y);
 }
 
-/* What lies at a distance to one side of place `from`; 0: nothing is known there. */
-static int profile(const point *p, size_t count, int channels, double from, double distance, int side, double f[CHANNELS])
+/* A peak: its place, and how it falls off. */
+typedef struct peak { double s; enum rbf_one_plane by; } peak;
+
+/* What lies at a distance to one side of a peak; 0: nothing is known there. */
+static int profile(const peak *of, const point *p, size_t count, int channels, double distance, int side, double f[CHANNELS])
 {
-	const double s = from + side * distance;
+	const double angle = asin(of->s) + side * distance;
+	const double s = of->by == RBF_PLANE_COSINES ? of->s + side * distance : fabs(angle) < RBF_PI / 2 ? sin(angle) : 2;
 	size_t low = 0, high = count;
 	if (!count || s < p[0].s || s > p[count - 1].s)
 		return 0;
@@ -44,12 +49,12 @@ static int profile(const point *p, size_t count, int channels, double from, doub
 	return 1;
 }
 
-/* Direction (along, across, normal) at a distance from a place, at an azimuth that is 0 along the plane. Returns 0 if it is none. */
-static int direction_at(enum rbf_one_plane by, double place, double distance, double azimuth, double w[3])
+/* Direction (along, across, normal) at a distance from a peak, at an azimuth that is 0 along the plane. Returns 0 if it is none. */
+static int direction_at(const peak *from, double distance, double azimuth, double w[3])
 {
-	const double a = cos(azimuth), h = sin(azimuth);
-	if (by == RBF_PLANE_COSINES) {
-		w[0] = place + distance * a;
+	const double a = cos(azimuth), h = sin(azimuth), place = asin(from->s);
+	if (from->by == RBF_PLANE_COSINES) {
+		w[0] = from->s + distance * a;
 		w[1] = distance * h;
 		w[2] = sqrt(fmax(1 - w[0]*w[0] - w[1]*w[1], 0));
 	} else {
@@ -61,13 +66,13 @@ static int direction_at(enum rbf_one_plane by, double place, double distance, do
 }
 
 /* Adds what a peak sends to a direction. Returns whether it is known. */
-static int add_peak(enum rbf_one_plane by, const point *p, size_t count, int channels, double place, const double w[3], double f[CHANNELS])
+static int add_peak(const peak *of, const point *p, size_t count, int channels, const double w[3], double f[CHANNELS])
 {
-	const double along = by == RBF_PLANE_COSINES ? w[0] - place : w[0] * cos(place) - w[2] * sin(place), tangent = hypot(along, w[1]);
-	const double distance = by == RBF_PLANE_COSINES ? tangent : atan2(tangent, w[0] * sin(place) + w[2] * cos(place));
+	const double place = asin(of->s), along = of->by == RBF_PLANE_COSINES ? w[0] - of->s : w[0] * cos(place) - w[2] * sin(place), tangent = hypot(along, w[1]);
+	const double distance = of->by == RBF_PLANE_COSINES ? tangent : atan2(tangent, w[0] * sin(place) + w[2] * cos(place));
 	const double ahead = tangent > 0 ? .5 * (1 + along / tangent) : .5;
 	double side[2][CHANNELS];
-	const int front = profile(p, count, channels, place, distance, 1, side[0]), back = profile(p, count, channels, place, distance, -1, side[1]);
+	const int front = profile(of, p, count, channels, distance, 1, side[0]), back = profile(of, p, count, channels, distance, -1, side[1]);
 	const double share = front && back ? ahead : front;
 	for (int c = 0; c < channels; c++)
 		f[c] += (front ? share * side[0][c] : 0) + (back ? (1 - share) * side[1][c] : 0);
@@ -124,7 +129,7 @@ static void smooth(point *p, size_t count, int luminance)
 }
 
 /* Room for all is there. Returns the new count. */
-static size_t add_rings(enum rbf_one_plane by, const point *p, const double peak[PEAKS], int peaks, size_t count, int channels,
+static size_t add_rings(const point *p, const peak peak[PEAKS], int peaks, size_t count, int channels,
 	const double plane[2], double *outgoing, float *dsf)
 {
 	size_t samples = count;
@@ -132,9 +137,9 @@ static size_t add_rings(enum rbf_one_plane by, const point *p, const double peak
 		for (int a = 0; a < AROUND; a++) {
 			const double distance = NEAREST * pow(2 / NEAREST, (r % RINGS + .5) / RINGS), azimuth = 2 * RBF_PI * (a + .5) / AROUND;
 			double w[3], f[CHANNELS] = {0}, *to = outgoing + 3 * samples;
-			int known = fabs(sin(azimuth)) > BESIDE && direction_at(by, peak[r / RINGS], distance, azimuth, w);
+			int known = fabs(sin(azimuth)) > BESIDE && direction_at(&peak[r / RINGS], distance, azimuth, w);
 			for (int k = 0; k < peaks && known; k++)
-				known = add_peak(by, p + (size_t)k * count, count, channels, peak[k], w, f) || k;
+				known = add_peak(&peak[k], p + (size_t)k * count, count, channels, w, f) || k;
 			if (!known)
 				continue;
 			to[0] = w[0] * plane[0] - w[1] * plane[1];
@@ -147,12 +152,26 @@ static size_t add_rings(enum rbf_one_plane by, const point *p, const double peak
 	return samples;
 }
 
+int rbf_one_plane_only(const rbf_incidence *in, double normal[3])
+{
+	const rbf_incidence measured = {.count = in->count - in->guessed, .outgoing = in->outgoing};
+	return measured.count >= LEAST && rbf_scan_plane(&measured, normal) && fabs(normal[2]) < BESIDE;
+}
+
+/* Whether a place is next to that of the source, and not half way to the mirrored one. */
+static int goes_back(double s, double source)
+{
+	const double apart = fabs(asin(s) - asin(source));
+	return apart < BACK && apart < .5 * fabs(asin(source));
+}
+
 int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane by)
 {
-	const size_t count = in->count -= in->guessed, room = count + PEAKS * RINGS * AROUND;
 	double normal[3];
+	const int only = rbf_one_plane_only(in, normal);
+	const size_t count = in->count -= in->guessed, room = count + PEAKS * RINGS * AROUND;
 	in->guessed = 0;
-	if (count < 3 || !rbf_scan_plane(in, normal) || fabs(normal[2]) > BESIDE)
+	if (!only)
 		return 0;
 	point *p = malloc((PEAKS + 1) * count * sizeof *p);
 	double *outgoing = realloc(in->outgoing, 3 * room * sizeof *outgoing);
@@ -167,14 +186,15 @@ int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane b
 	const int luminance = (int)rbf_luminance((uint32_t)channels);
 	for (size_t i = 0; i < count; i++) {
 		const double *w = outgoing + 3*i;
-		const double along = w[0]*plane[0] + w[1]*plane[1];
-		p[i].s = by == RBF_PLANE_COSINES ? along : atan2(along, w[2]);
+		p[i].s = fmin(fmax(w[0]*plane[0] + w[1]*plane[1], -1), 1);
 		for (int c = 0; c < channels; c++)
 			p[i].f[c] = (double)dsf[i * (size_t)channels + (size_t)c] / fmax(w[2], LOWEST);
 	}
 	qsort(p, count, sizeof *p, by_place);
 	smooth(p, count, luminance);
-	double peak[PEAKS], least = 0;
+	const double source = fmin(fmax(in->direction[0]*plane[0] + in->direction[1]*plane[1], -1), 1);
+	peak peak[PEAKS];
+	double least = 0;
 	int peaks = 0;
 	for (; peaks < PEAKS; peaks++) {
 		point *own = p + (size_t)peaks * count;
@@ -182,9 +202,10 @@ int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane b
 		least = peaks ? least : FAINT * top;
 		if (peaks && !(top > least))
 			break;
-		peak[peaks] = split(own, own + count, count, channels);
+		peak[peaks].s = split(own, own + count, count, channels);
+		peak[peaks].by = goes_back(peak[peaks].s, source) ? RBF_PLANE_ANGLES : by;
 	}
-	in->count = add_rings(by, p, peak, peaks, count, channels, plane, outgoing, dsf);
+	in->count = add_rings(p, peak, peaks, count, channels, plane, outgoing, dsf);
 	in->guessed = in->count - count;
 	free(p);
 	return 0;

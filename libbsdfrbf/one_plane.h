@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * Isotropic materials are often measured in the plane of incidence alone. Beside it light is then taken to fall off from each peak as it does
- * along the plane, by the distance in tangential components (Harvey, Light-scattering characteristics of optical surfaces, 1976) or by the angle.
+ * along the plane, by the distance in tangential components (Harvey, Light-scattering characteristics of optical surfaces, 1976), as facets mirror,
+ * or by the angle; what goes back to the source does so by the angle.
  */
 #ifndef RBF_ONE_PLANE_H
 #define RBF_ONE_PLANE_H
@@ -9,7 +10,9 @@
 
 enum rbf_one_plane { RBF_PLANE_COSINES, RBF_PLANE_ANGLES, RBF_PLANES };
 
-/* Sets `guessed` samples beside the plane of an incidence whose measured samples are all in one that holds the normal; others stay as they are.
- * Arrays are realloc'ed. Returns 0, or -1 when out of memory. */
+/* Whether that can be done: the measured samples are all in one plane that holds the normal, which *normal is then that of. */
+int rbf_one_plane_only(const rbf_incidence *incidence, double normal[3]);
+
+/* Sets `guessed` samples beside the plane of such an incidence; others stay as they are. Arrays are realloc'ed. Returns 0, or -1 when out of memory. */
 int rbf_one_plane_complete(rbf_incidence *incidence, int channels, enum rbf_one_plane by);
 #endif

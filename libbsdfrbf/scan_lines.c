@@ -7,7 +7,7 @@
 
 enum { INCIDENCES = 8, SAMPLES = 100, FEW = 5 }; /* that are asked, at most; samples that may be on lines */
 
-static const double FLAT = .035, WIDE = .17; /* sines: samples are 2 degrees off a plane at most, and reach over 10 degrees of it */
+static const double FLAT = .05, WIDE = .17; /* sines: samples are 3 degrees off a plane at most, and reach over 10 degrees of it */
 
 /* How many of some samples have all neighbours on one line; -1 when out of memory. */
 static int on_lines(const rbf_incidence *in)

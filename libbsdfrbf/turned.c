@@ -56,9 +56,12 @@ void rbf_turned_free(rbf_measured *measured)
 		release(&measured->incidence[b]);
 }
 
-/* Appends the samples of another incidence, and frees it. */
+/* Appends the measured samples of another incidence, and frees it. */
 static int append(rbf_incidence *to, rbf_incidence *other, size_t channels)
 {
+	to->count -= to->guessed;
+	other->count -= other->guessed;
+	to->guessed = other->guessed = 0;
 	const size_t count = to->count + other->count;
 	double *outgoing = realloc(to->outgoing, (count + 1) * 3 * sizeof *outgoing);
 	if (!outgoing)
