@@ -26,7 +26,8 @@
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float ISOTROPIC = .5f, OTHER_GAIN = .95f; /* of the leave-one-out error */
-static const float ANGLES_GAIN = .7f; /* likewise, for angles where facets may mirror; what is seen too coarsely looks alike at all incidences */
+/* likewise, for what is guessed alike at all incidences; and for angles where facets may mirror, as what is seen too coarsely looks alike, too */
+static const float GUESS_GAIN = .8f, ANGLES_GAIN = .7f;
 static const float GUESS = .15f; /* of the difference between two guesses */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
@@ -91,7 +92,7 @@ static int guess_beside(rbf_measured *measured, int channels, enum rbf_one_plane
 	for (size_t b = 0; b < measured->count && *some; b++)
 		*some = rbf_one_plane_only(&measured->incidence[b], normal);
 	for (size_t b = 0; b < measured->count && *some && !failed; b++)
-		failed = rbf_one_plane_complete(&measured->incidence[b], channels, by);
+		failed = rbf_one_plane_complete(&measured->incidence[b], channels, by, 0);
 	return failed;
 }
 
@@ -280,34 +281,53 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 static int doubt_guess(rbf_job *j, const rbf_job *other, const rbf_component *c)
 {
 	const rbf_fitted *m = &j->fitted;
+	free(j->guess);
 	j->guess = malloc((m->bases + 1) * sizeof *j->guess);
 	for (uint32_t b = 0; b < m->bases && j->guess; b++)
 		j->guess[b] = GUESS * rbf_difference(&m->lobes[b], &other->fitted.lobes[b], NULL, c->lambertian[rbf_luminance(m->channels)], 0);
 	return j->guess ? 0 : -1;
 }
 
-/* Where all was measured in one plane, whether light beside it falls off by tangential components or by angles is told by how well each way
- * predicts incidences that are left out; likewise, where samples were taken along lines, whether it is smooth or dark between these, and whether
- * other incidences tell. */
+static int has_guesses(const rbf_job *j)
+{
+	int some = 0;
+	for (size_t b = 0; b < j->measured.count; b++)
+		some |= j->measured.incidence[b].guessed > 0;
+	return some;
+}
+
+/* The same with light guessed beside the plane of incidence, by tangential components or by angles. */
+static bsdfrbf_status try_guess(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to,
+	enum rbf_one_plane by, rbf_job *j, rbf_component *c)
+{
+	const float gain = by == RBF_PLANE_ANGLES && !j->transmits ? ANGLES_GAIN : has_guesses(j) ? OTHER_GAIN : GUESS_GAIN;
+	rbf_job other;
+	int failed = rbf_job_copy(j, channels, 1, &other);
+	for (size_t b = 0; b < j->measured.count && !failed; b++)
+		failed = rbf_one_plane_complete(&other.measured.incidence[b], channels, by, 1);
+	bsdfrbf_status status = failed ? out_of_memory(context) : BSDFRBF_OK;
+	if (status == BSDFRBF_OK && has_guesses(&other)) {
+		status = try_other(context, name, channels, lobes, from, to, gain, j, &other, c);
+		if (status == BSDFRBF_OK && has_guesses(j) && doubt_guess(j, &other, c))
+			status = out_of_memory(context);
+	}
+	rbf_job_free(&other);
+	return status;
+}
+
+/* Where samples were taken along lines, whether it is smooth or dark between these, and whether other incidences tell, is told by how well each way
+ * predicts incidences that are left out; likewise, of an isotropic material, whether light falls off as in the plane of incidence, and how. */
 static bsdfrbf_status try_others(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
 	rbf_component *c)
 {
-	int lines, planes = 0;
+	int lines;
 	if (j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
-	for (size_t b = 0; b < j->measured.count; b++)
-		planes |= j->measured.incidence[b].guessed > 0;
-	if (planes) {
-		rbf_job other;
-		bsdfrbf_status status = rbf_job_copy(j, channels, 1, &other) || guess_beside(&other.measured, channels, RBF_PLANE_ANGLES, &planes)
-			? out_of_memory(context) : try_other(context, name, channels, lobes, from, to, j->transmits ? OTHER_GAIN : ANGLES_GAIN, j, &other, c);
-		if (status == BSDFRBF_OK && doubt_guess(j, &other, c))
-			status = out_of_memory(context);
-		rbf_job_free(&other);
-		RBF_TRY(status);
-	}
 	if (rbf_scan_lines(&j->measured, &lines))
 		return out_of_memory(context);
+	if (has_guesses(j)) /* by tangential components so far */
+		RBF_TRY(try_guess(context, name, channels, lobes, from, to, RBF_PLANE_ANGLES, j, c));
+	const int guess = lines && j->turned && !has_guesses(j);
 	for (rbf_lines way = RBF_LINES_BRIDGED; way <= RBF_LINES_FILLED && lines; way++) {
 		rbf_job other;
 		bsdfrbf_status status = rbf_job_copy(j, channels, 0, &other) ? out_of_memory(context) : BSDFRBF_OK;
@@ -318,6 +338,8 @@ static bsdfrbf_status try_others(bsdfrbf_context *context, const char *name, int
 		rbf_job_free(&other);
 		RBF_TRY(status);
 	}
+	for (enum rbf_one_plane by = RBF_PLANE_COSINES; by < RBF_PLANES && guess; by++)
+		RBF_TRY(try_guess(context, name, channels, lobes, from, to, by, j, c));
 	return BSDFRBF_OK;
 }
 

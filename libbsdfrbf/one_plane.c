@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "one_plane.h"
 #include "model.h"
+#include "neighbours.h"
 #include "scan_lines.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { RINGS = 40, AROUND = 24, PEAKS = 4, HALF_SMOOTH = 2, CHANNELS = 3, LEAST = 3 };
+enum { RINGS = 40, AROUND = 24, PEAKS = 4, HALF_SMOOTH = 2, CHANNELS = 3, LEAST = 3, MANY = 30 };
 static const double RISE = 1.5;     /* over the lowest so far: another peak begins */
 static const double BESIDE = .15;   /* sine of the azimuth to the plane: what is nearer is measured */
 static const double BACK = .2;      /* rad */
+static const double SEEN = .3;      /* of the distance to the peak: a sample that near tells more */
 static const double NEAREST = .003; /* of the rings */
 static const double FAINT = 1e-3;   /* of the highest peak */
 static const double LOWEST = .02;   /* of the cosine: f is DSF over it */
@@ -128,11 +130,32 @@ static void smooth(point *p, size_t count, int luminance)
 	}
 }
 
-/* Room for all is there. Returns the new count. */
-static size_t add_rings(const point *p, const peak peak[PEAKS], int peaks, size_t count, int channels,
-	const double plane[2], double *outgoing, float *dsf)
+/* A tree of all samples. Returns 0, or -1 when out of memory. */
+static int grow_tree(const rbf_incidence *in, rbf_tree *tree)
 {
-	size_t samples = count;
+	float (*w)[3] = malloc((in->count + 1) * sizeof *w);
+	for (size_t i = 0; i < in->count && w; i++)
+		for (int n = 0; n < 3; n++)
+			w[i][n] = (float)in->outgoing[3*i + (size_t)n];
+	const int failed = !w || rbf_tree_build(tree, in->count, (const float (*)[3])w);
+	free(w);
+	return failed ? -1 : 0;
+}
+
+/* Whether a sample is that near for how far the peak is. */
+static int is_seen(const rbf_tree *tree, const double w[3], double distance)
+{
+	const float at[3] = {(float)w[0], (float)w[1], (float)w[2]};
+	uint32_t nearest;
+	float square;
+	return rbf_tree_nearest(tree, at, 1, &nearest, &square) && (double)square < SEEN * SEEN * distance * distance;
+}
+
+/* Rings about each peak, added to `samples` samples; tree: of these, NULL: what is near the plane is seen, nothing else. Room is there. Returns the
+ * new count. */
+static size_t add_rings(const point *p, const peak peak[PEAKS], int peaks, size_t count, int channels, const double plane[2], const rbf_tree *tree,
+	size_t samples, double *outgoing, float *dsf)
+{
 	for (int r = 0; r < RINGS * peaks; r++)
 		for (int a = 0; a < AROUND; a++) {
 			const double distance = NEAREST * pow(2 / NEAREST, (r % RINGS + .5) / RINGS), azimuth = 2 * RBF_PI * (a + .5) / AROUND;
@@ -145,6 +168,8 @@ static size_t add_rings(const point *p, const peak peak[PEAKS], int peaks, size_
 			to[0] = w[0] * plane[0] - w[1] * plane[1];
 			to[1] = w[0] * plane[1] + w[1] * plane[0];
 			to[2] = w[2];
+			if (tree && is_seen(tree, to, distance))
+				continue;
 			for (int c = 0; c < channels; c++)
 				dsf[samples * (size_t)channels + (size_t)c] = (float)(f[c] * w[2]);
 			samples++;
@@ -165,48 +190,66 @@ static int goes_back(double s, double source)
 	return apart < BACK && apart < .5 * fabs(asin(source));
 }
 
-int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane by)
+/* Samples in the plane with that normal. */
+static size_t points_of(const rbf_incidence *in, int channels, const double normal[3], const double plane[2], point *p)
+{
+	size_t points = 0;
+	for (size_t i = 0; i < in->count; i++) {
+		const double *w = in->outgoing + 3*i;
+		if (fabs(w[0]*normal[0] + w[1]*normal[1] + w[2]*normal[2]) > RBF_SCAN_FLAT)
+			continue;
+		p[points].s = fmin(fmax(w[0]*plane[0] + w[1]*plane[1], -1), 1);
+		for (int c = 0; c < channels; c++)
+			p[points].f[c] = (double)in->dsf[i * (size_t)channels + (size_t)c] / fmax(w[2], LOWEST);
+		points++;
+	}
+	qsort(p, points, sizeof *p, by_place);
+	smooth(p, points, (int)rbf_luminance((uint32_t)channels));
+	return points;
+}
+
+/* The peaks of so many points, in rows of p. Returns how many. */
+static int peaks_of(point *p, size_t points, int channels, double source, enum rbf_one_plane by, peak peak[PEAKS])
+{
+	const double least = FAINT * highest(p, points);
+	int peaks = 0;
+	for (; peaks < PEAKS; peaks++) {
+		point *own = p + (size_t)peaks * points;
+		if (peaks && !(highest(own, points) > least))
+			break;
+		peak[peaks].s = split(own, own + points, points, channels);
+		peak[peaks].by = goes_back(peak[peaks].s, source) ? RBF_PLANE_ANGLES : by;
+	}
+	return peaks;
+}
+
+int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane by, int all)
 {
 	double normal[3];
 	const int only = rbf_one_plane_only(in, normal);
 	const size_t count = in->count -= in->guessed, room = count + PEAKS * RINGS * AROUND;
 	in->guessed = 0;
-	if (!only)
+	if (!only && !all)
 		return 0;
+	if (!only)
+		normal[0] = normal[2] = 0, normal[1] = 1;
 	point *p = malloc((PEAKS + 1) * count * sizeof *p);
 	double *outgoing = realloc(in->outgoing, 3 * room * sizeof *outgoing);
 	in->outgoing = outgoing ? outgoing : in->outgoing;
 	float *dsf = realloc(in->dsf, (size_t)channels * room * sizeof *dsf);
 	in->dsf = dsf ? dsf : in->dsf;
-	if (!p || !outgoing || !dsf) {
-		free(p);
-		return -1;
+	rbf_tree tree = {0};
+	int failed = !p || !outgoing || !dsf || (!only && grow_tree(in, &tree));
+	if (!failed) {
+		const double length = hypot(normal[0], normal[1]), plane[2] = {normal[1] / length, -normal[0] / length};
+		const double source = fmin(fmax(in->direction[0]*plane[0] + in->direction[1]*plane[1], -1), 1);
+		const size_t points = points_of(in, channels, normal, plane, p);
+		peak peak[PEAKS];
+		const int peaks = points >= (only ? LEAST : MANY) ? peaks_of(p, points, channels, source, by, peak) : 0;
+		in->count = add_rings(p, peak, peaks, points, channels, plane, only ? NULL : &tree, count, outgoing, dsf);
+		in->guessed = in->count - count;
 	}
-	const double length = hypot(normal[0], normal[1]), plane[2] = {normal[1] / length, -normal[0] / length};
-	const int luminance = (int)rbf_luminance((uint32_t)channels);
-	for (size_t i = 0; i < count; i++) {
-		const double *w = outgoing + 3*i;
-		p[i].s = fmin(fmax(w[0]*plane[0] + w[1]*plane[1], -1), 1);
-		for (int c = 0; c < channels; c++)
-			p[i].f[c] = (double)dsf[i * (size_t)channels + (size_t)c] / fmax(w[2], LOWEST);
-	}
-	qsort(p, count, sizeof *p, by_place);
-	smooth(p, count, luminance);
-	const double source = fmin(fmax(in->direction[0]*plane[0] + in->direction[1]*plane[1], -1), 1);
-	peak peak[PEAKS];
-	double least = 0;
-	int peaks = 0;
-	for (; peaks < PEAKS; peaks++) {
-		point *own = p + (size_t)peaks * count;
-		const double top = highest(own, count);
-		least = peaks ? least : FAINT * top;
-		if (peaks && !(top > least))
-			break;
-		peak[peaks].s = split(own, own + count, count, channels);
-		peak[peaks].by = goes_back(peak[peaks].s, source) ? RBF_PLANE_ANGLES : by;
-	}
-	in->count = add_rings(p, peak, peaks, count, channels, plane, outgoing, dsf);
-	in->guessed = in->count - count;
+	rbf_tree_free(&tree);
 	free(p);
-	return 0;
+	return failed ? -1 : 0;
 }

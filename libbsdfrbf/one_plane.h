@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
- * Isotropic materials are often measured in the plane of incidence alone. Beside it light is then taken to fall off from each peak as it does
+ * Isotropic materials are often measured in the plane of incidence alone, or closely there and at few places elsewhere. Beside it light is then taken to fall off from each peak as it does
  * along the plane, by the distance in tangential components (Harvey, Light-scattering characteristics of optical surfaces, 1976), as facets mirror,
  * or by the angle; what goes back to the source does so by the angle.
  */
@@ -13,6 +13,8 @@ enum rbf_one_plane { RBF_PLANE_COSINES, RBF_PLANE_ANGLES, RBF_PLANES };
 /* Whether that can be done: the measured samples are all in one plane that holds the normal, which *normal is then that of. */
 int rbf_one_plane_only(const rbf_incidence *incidence, double normal[3]);
 
-/* Sets `guessed` samples beside the plane of such an incidence; others stay as they are. Arrays are realloc'ed. Returns 0, or -1 when out of memory. */
-int rbf_one_plane_complete(rbf_incidence *incidence, int channels, enum rbf_one_plane by);
+/* Sets `guessed` samples beside the plane of such an incidence; others stay as they are, but if `all`: then those of an incidence at azimuth 0 are
+ * made from its samples in the plane of incidence, if these are many, and lie where no others are near. Arrays are realloc'ed. Returns 0, or -1
+ * when out of memory. */
+int rbf_one_plane_complete(rbf_incidence *incidence, int channels, enum rbf_one_plane by, int all);
 #endif

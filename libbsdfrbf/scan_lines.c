@@ -7,7 +7,7 @@
 
 enum { INCIDENCES = 8, SAMPLES = 100, FEW = 5 }; /* that are asked, at most; samples that may be on lines */
 
-static const double FLAT = .05, WIDE = .17; /* sines: samples are 3 degrees off a plane at most, and reach over 10 degrees of it */
+static const double WIDE = .17; /* sine: samples reach over 10 degrees of a plane */
 
 /* How many of some samples have all neighbours on one line; -1 when out of memory. */
 static int on_lines(const rbf_incidence *in)
@@ -56,7 +56,7 @@ int rbf_scan_plane(const rbf_incidence *in, double normal[3])
 		normal[n] /= sqrt(square);
 	for (size_t i = 0; i < in->count; i++) {
 		const double across = normal[0]*w[3*i] + normal[1]*w[3*i + 1] + normal[2]*w[3*i + 2];
-		if (fabs(across) > FLAT)
+		if (fabs(across) > RBF_SCAN_FLAT)
 			return 0;
 	}
 	return square > WIDE * WIDE;

@@ -7,6 +7,8 @@
 /* Sets *lines to whether that is so of more than a few samples at any incidence. Returns 0, or -1 when out of memory. */
 int rbf_scan_lines(const rbf_measured *measured, int *lines);
 
+#define RBF_SCAN_FLAT .05 /* sine: samples in a plane are 3 degrees off it at most */
+
 /* Whether all samples lie in one plane through the origin, by 3 degrees; unit normal of it. */
 int rbf_scan_plane(const rbf_incidence *incidence, double normal[3]);
 #endif
