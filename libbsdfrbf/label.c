@@ -5,7 +5,7 @@
 #include <string.h>
 
 static const float SHARE_MIN = .03f, FAINT_MIN = .003f; /* frames that carry less are dropped */
-enum { ROUNDS = 6 };
+enum { ROUNDS = 6, TOGETHER = 128 };
 
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain)
 {
@@ -237,30 +237,45 @@ void rbf_label_set(uint32_t lobes, uint32_t frames, float r[], uint32_t lobe, fl
 		label[(size_t)f * lobes + lobe] = r[f] / sum;
 }
 
+/* The part of each frame in a base's light; < 0: it has none. */
+static void shares_of(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float sharpness, const float prior[], uint32_t base,
+	double part[RBF_MAX_FRAMES])
+{
+	const rbf_lobes *l = &m->lobes[base];
+	float r[RBF_MAX_FRAMES];
+	double total = 0;
+	for (uint32_t f = 0; f < frames; f++)
+		part[f] = 0;
+	for (uint32_t i = 0; i < l->count; i++) {
+		responsibilities(m, frames, frame, sharpness, prior, m->lobe_first[base] + i, r);
+		total += l->mass[i];
+		for (uint32_t f = 0; f < frames; f++)
+			part[f] += r[f] * l->mass[i];
+	}
+	for (uint32_t f = 0; f < frames; f++)
+		part[f] = total > 0 ? part[f] / total : -1;
+}
+
 void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], rbf_belief belief, float *label, float share[])
 {
 	const float least = belief.faint ? FAINT_MIN : SHARE_MIN;
 	const uint32_t lobes = m->lobe_first[m->bases];
-	float prior[RBF_MAX_FRAMES], r[RBF_MAX_FRAMES];
+	float prior[RBF_MAX_FRAMES];
 	for (uint32_t f = 0; f < frames; f++)
 		prior[f] = 1 / (float)frames;
 	for (int round = 0; round <= ROUNDS; round++) {
-		double sum[RBF_MAX_FRAMES] = {0};
+		double sum[RBF_MAX_FRAMES] = {0}, part[TOGETHER][RBF_MAX_FRAMES];
 		uint32_t used = 0;
-		for (uint32_t b = 0; b < m->bases; b++) {
-			const rbf_lobes *l = &m->lobes[b];
-			double total = 0, part[RBF_MAX_FRAMES] = {0};
-			for (uint32_t i = 0; i < l->count; i++) {
-				responsibilities(m, frames, frame, belief.sharpness, prior, m->lobe_first[b] + i, r);
-				total += l->mass[i];
+		for (uint32_t first = 0; first < m->bases; first += TOGETHER) {
+			const uint32_t count = m->bases - first < TOGETHER ? m->bases - first : TOGETHER;
+			#pragma omp parallel for schedule(static)
+			for (uint32_t n = 0; n < count; n++)
+				shares_of(m, frames, frame, belief.sharpness, prior, first + n, part[n]);
+			for (uint32_t n = 0; n < count; n++) { /* in their order, for any number of threads */
+				used += part[n][0] >= 0;
 				for (uint32_t f = 0; f < frames; f++)
-					part[f] += r[f] * l->mass[i];
+					sum[f] += fmax(part[n][f], 0);
 			}
-			if (!(total > 0))
-				continue;
-			used++;
-			for (uint32_t f = 0; f < frames; f++)
-				sum[f] += part[f] / total;
 		}
 		int kept = 0;
 		for (uint32_t f = 0; f < frames; f++) {
@@ -272,7 +287,9 @@ void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], rbf
 		for (uint32_t f = 0; f < frames; f++)
 			prior[f] = share[f] < least * (float)(round + 1) / ROUNDS && kept ? 0 : belief.faint ? sqrtf(share[f]) : share[f];
 	}
+	#pragma omp parallel for schedule(static)
 	for (uint32_t i = 0; i < lobes; i++) {
+		float r[RBF_MAX_FRAMES];
 		responsibilities(m, frames, frame, belief.sharpness, prior, i, r);
 		rbf_label_set(lobes, frames, r, i, label);
 	}

@@ -72,6 +72,6 @@ typedef struct rbf_belief {
 
 /* Labels for a list of frames (indices of candidates): label[f * lobes + i], i counted over all bases; 0 where below 1e-3, sums to 1 over f.
  * share[frames]: energy shares. A frame is believed as far as it predicts, and by its share; those whose share falls below a few per cent
- * get none: share 0. */
+ * get none: share 0. Opens OpenMP regions. */
 void rbf_label(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], rbf_belief belief, float *label, float share[]);
 #endif
