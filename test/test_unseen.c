@@ -193,6 +193,18 @@ static void broad(const double in[3], const double out[3], double xyz[3])
 	xyz[0] = xyz[1] = xyz[2] = .1 + exp(-5 * (x*x + y*y + z*z));
 }
 
+/* Samples of f along a line through the normal at an azimuth, as many a degree, to 85 degrees on both sides, after `count`. Returns the new count. */
+static size_t scan_line(bsdf *f, const double in[3], int azimuth, int step, int degree, size_t count, double out[][3], double value[])
+{
+	for (int at = -85 * degree; at <= 85 * degree; at += step) {
+		double xyz[3];
+		polar(abs(at) / (double)degree, at < 0 ? azimuth + 180 : azimuth, out[count]);
+		f(in, out[count], xyz);
+		value[count++] = xyz[0];
+	}
+	return count;
+}
+
 /* Lines through the normal, samples along the first as close as an instrument can: what lies between is not dark for that. A narrow gloss,
  * which no other line meets, is not spread for that. Both are as the plane of incidence tells; see one_plane(). */
 static void scan_lines(void **state)
@@ -205,15 +217,11 @@ static void scan_lines(void **state)
 		bsdfrbf_context *context = bsdfrbf_context_new();
 		bsdfrbf_data *data = bsdfrbf_data_new(context);
 		for (int theta = 0; theta <= 60; theta += 15) {
-			double in[3], xyz[3];
+			double in[3];
 			size_t count = 0;
 			polar(theta, 0, in);
 			for (int azimuth = 0; azimuth < 180; azimuth += 30)
-				for (int step = -340; step <= 340; step += azimuth ? 20 : 1) {
-					polar(abs(step) / 4., step < 0 ? azimuth + 180 : azimuth, out[count]);
-					material[n](in, out[count], xyz);
-					value[count++] = xyz[0];
-				}
+				count = scan_line(material[n], in, azimuth, azimuth ? 20 : 1, 4, count, out, value);
 			assert_int_equal(bsdfrbf_data_add(context, data, in, count, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
 		}
 		bsdfrbf_model *model = fixture_build_data(context, data, 0, 2);
@@ -237,7 +245,7 @@ static void in_cosines(const double in[3], const double out[3], double xyz[3])
 static void gaps_are_bridged(void **state)
 {
 	(void)state;
-	static double out[2000][3];
+	static double out[2000][3], value[2000];
 	static float dsf[2000];
 	const float lambertian[3] = {0};
 	double in[3], xyz[3], error[2];
@@ -246,12 +254,9 @@ static void gaps_are_bridged(void **state)
 	polar(30, 0, in);
 	memcpy(scan.direction, in, sizeof in);
 	for (int azimuth = 0; azimuth < 180; azimuth += 30)
-		for (int step = -340; step <= 340; step += azimuth ? 20 : 1) {
-			polar(abs(step) / 4., step < 0 ? azimuth + 180 : azimuth, out[scan.count]);
-			broad(in, out[scan.count], xyz);
-			dsf[scan.count] = (float)(xyz[0] * out[scan.count][2]);
-			scan.count++;
-		}
+		scan.count = scan_line(broad, in, azimuth, azimuth ? 20 : 1, 4, scan.count, out, value);
+	for (size_t i = 0; i < scan.count; i++)
+		dsf[i] = (float)(value[i] * out[i][2]);
 	assert_int_equal(rbf_scan_lines(&(rbf_measured){.count = 1, .incidence = &scan}, &lines), 0);
 	assert_true(lines);
 	for (int n = 0; n < 2; n++) {
@@ -293,14 +298,9 @@ static void one_plane(void **state)
 		warned = 0;
 		bsdfrbf_set_warning(context, count_warning, NULL);
 		for (int theta = 0; theta <= 60; theta += 15) {
-			double in[3], xyz[3];
-			size_t count = 0;
+			double in[3];
 			polar(theta, 0, in);
-			for (int step = -85; step <= 85; step++) {
-				polar(abs(step), step < 0 ? 180 : 0, out[count]);
-				material[n](in, out[count], xyz);
-				value[count++] = xyz[0];
-			}
+			const size_t count = scan_line(material[n], in, 0, 1, 1, 0, out, value);
 			assert_int_equal(bsdfrbf_data_add(context, data, in, count, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
 		}
 		bsdfrbf_model *model = fixture_build_data(context, data, 0, 2);
