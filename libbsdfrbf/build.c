@@ -82,17 +82,16 @@ static bsdfrbf_status settle_symmetry(bsdfrbf_context *context, const char *name
 	return BSDFRBF_OK;
 }
 
-/* Samples beside the plane, if all incidences were measured in one alone; else those that were not tell more. *some: whether there are any.
- * Returns 0, or -1 when out of memory. */
-static int guess_beside(rbf_measured *measured, int channels, enum rbf_one_plane by, int *some)
+/* Samples beside the plane, by tangential components, if all incidences were measured in one alone; else those that were not tell more. Returns
+ * 0, or -1 when out of memory. */
+static int guess_beside(rbf_measured *measured, int channels)
 {
 	double normal[3];
-	int failed = 0;
-	*some = !measured->ready;
-	for (size_t b = 0; b < measured->count && *some; b++)
-		*some = rbf_one_plane_only(&measured->incidence[b], normal);
-	for (size_t b = 0; b < measured->count && *some && !failed; b++)
-		failed = rbf_one_plane_complete(&measured->incidence[b], channels, by, 0);
+	int failed = 0, only = !measured->ready;
+	for (size_t b = 0; b < measured->count && only; b++)
+		only = rbf_one_plane_only(&measured->incidence[b], normal);
+	for (size_t b = 0; b < measured->count && only && !failed; b++)
+		failed = rbf_one_plane_complete(&measured->incidence[b], channels, RBF_PLANE_COSINES, 0);
 	return failed;
 }
 
@@ -100,9 +99,8 @@ static int guess_beside(rbf_measured *measured, int channels, enum rbf_one_plane
 static bsdfrbf_status join_turned(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *j,
 	rbf_component *c)
 {
-	int some;
 	const int gone = rbf_turned_join(&j->measured, channels, j->direction);
-	if (gone < 0 || (gone && guess_beside(&j->measured, channels, RBF_PLANE_COSINES, &some)))
+	if (gone < 0 || (gone && guess_beside(&j->measured, channels)))
 		return out_of_memory(context);
 	return gone ? rbf_job_fit(context, name, channels, lobes, progress, j, c) : BSDFRBF_OK;
 }
@@ -357,8 +355,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		rbf_warn(context, "%s: its lobes are ready in the .sir file; the number asked for does not count", name);
 	if (j->symmetry.symmetry == RBF_ISOTROPIC) {
 		j->turned = 1;
-		int some;
-		if (rbf_turn(&j->measured, channels, j->direction) || guess_beside(&j->measured, channels, RBF_PLANE_COSINES, &some))
+		if (rbf_turn(&j->measured, channels, j->direction) || guess_beside(&j->measured, channels))
 			return out_of_memory(context);
 	}
 	if (rbf_progress(context, "lobes", from))

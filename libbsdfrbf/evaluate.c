@@ -51,11 +51,16 @@ static inline __attribute__((always_inline)) rbf_lane_mask cells_at(const rbf_la
 static inline uint64_t groups_at(const uint64_t *packed, const uint64_t *wide, uint32_t s, const rbf_set *set, uint32_t cell, int above)
 {
 	static const uint64_t everything = ~(uint64_t)0; /* from any bit at which a mask begins */
-	if (!packed && !wide)
-		return rbf_cull_all(set->blocks);
 	rbf_cull_mask mask = rbf_cull_at(packed, wide, s, set, cell);
 	mask.at = above ? mask.at : (const char *)&everything;
 	return rbf_cull_read(mask) & rbf_cull_all(set->blocks);
+}
+
+/* The same without masks, while a model is made. moves: whether the set's lobes do. */
+static inline __attribute__((always_inline)) uint64_t groups_near(const rbf_component *c, const rbf_set *set, const float direction[3], int moves)
+{
+	return c->extent && !moves && set->blocks <= RBF_CULL_BITS ? rbf_extent_mask(c->extent, c->blocks, set->first, set->blocks, direction)
+		: rbf_cull_all(set->blocks);
 }
 
 /* What is to be summed at a folded exitant direction, one job for every corner and frame that counts. plain: as in rbf_kernel_lobes. */
@@ -74,12 +79,10 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 		for (uint32_t k = 0; k < site->corners; k++) {
 			const uint32_t s = site->base[k] * c->frames + f;
 			const rbf_set *set = rbf_bound_set(c, s);
-			const float w = weight[k];
+			const float w = weight[k], to[3] = {d[0][k], d[1][k], d[2][k]};
 			rbf_kernel_job *j = &job[jobs];
-			*j = (rbf_kernel_job){{d[0][k], d[1][k], d[2][k]}, w, groups_at(packed, wide, s, set, (uint32_t)cell[k], d[2][k] > 0),
-				set->first, set->blocks, NULL, 0};
-			if (c->extent && !site->moves && set->blocks <= RBF_CULL_BITS)
-				j->mask = rbf_extent_mask(c->extent, c->blocks, set->first, set->blocks, j->direction);
+			*j = (rbf_kernel_job){{to[0], to[1], to[2]}, w, packed || wide ? groups_at(packed, wide, s, set, (uint32_t)cell[k], to[2] > 0)
+				: groups_near(c, set, to, site->moves), set->first, set->blocks, NULL, 0};
 			if (site->moves && (site->motion[k].shift[0] || site->motion[k].shift[1])) {
 				j->motion = &site->motion[k];
 				j->start = set->first - c->set[site->base[k] * c->frames].first;

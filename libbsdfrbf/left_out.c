@@ -342,7 +342,7 @@ int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choi
 	c.extent = rbf_extent_make(c.block, c.blocks);
 	for (uint32_t i = 0; i < m->bases; i++)
 		choice->base_error[i] = -1;
-	int failed = 0;
+	int failed = !c.extent;
 	const int screen = best && b->trials >= 3 * SCREEN;
 	choice->error = INFINITY;
 	for (int pass = !screen; pass < 2 && !failed; pass++) {

@@ -94,6 +94,17 @@ int rbf_tree_build(rbf_tree *tree, size_t count, const float (*points)[3])
 	return 0;
 }
 
+int rbf_tree_of(rbf_tree *tree, size_t count, const double *points)
+{
+	float (*rounded)[3] = malloc((count + 1) * sizeof *rounded);
+	for (size_t i = 0; i < count && rounded; i++)
+		for (size_t a = 0; a < 3; a++)
+			rounded[i][a] = (float)points[3*i + a];
+	const int failed = !rounded || rbf_tree_build(tree, count, (const float (*)[3])rounded);
+	free(rounded);
+	return failed ? -1 : 0;
+}
+
 void rbf_tree_free(rbf_tree *tree)
 {
 	free(tree->point);

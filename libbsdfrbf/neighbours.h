@@ -14,6 +14,8 @@ typedef struct rbf_tree {
 
 /* points: count x 3. Returns 0, or -1 when out of memory. */
 int rbf_tree_build(rbf_tree *tree, size_t count, const float (*points)[3]);
+/* The same of count x 3 doubles. */
+int rbf_tree_of(rbf_tree *tree, size_t count, const double *points);
 void rbf_tree_free(rbf_tree *tree);
 
 enum { RBF_NEAREST_MOST = 64 };

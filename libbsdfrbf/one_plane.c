@@ -3,6 +3,7 @@
 #include "model.h"
 #include "neighbours.h"
 #include "scan_lines.h"
+#include "vector3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -119,7 +120,7 @@ static double split(point *main, point *other, size_t count, int channels)
 	return main[top].s;
 }
 
-/* Smoothed luminance: a mean of medians would do as well; noise must not look like peaks. */
+/* Smoothed luminance: noise must not look like peaks. */
 static void smooth(point *p, size_t count, int luminance)
 {
 	for (size_t i = 0; i < count; i++) {
@@ -128,18 +129,6 @@ static void smooth(point *p, size_t count, int luminance)
 		for (size_t n = from; n <= to; n++)
 			p[i].smooth += fmax(p[n].f[luminance], 0) / (double)(to - from + 1);
 	}
-}
-
-/* A tree of all samples. Returns 0, or -1 when out of memory. */
-static int grow_tree(const rbf_incidence *in, rbf_tree *tree)
-{
-	float (*w)[3] = malloc((in->count + 1) * sizeof *w);
-	for (size_t i = 0; i < in->count && w; i++)
-		for (int n = 0; n < 3; n++)
-			w[i][n] = (float)in->outgoing[3*i + (size_t)n];
-	const int failed = !w || rbf_tree_build(tree, in->count, (const float (*)[3])w);
-	free(w);
-	return failed ? -1 : 0;
 }
 
 /* Whether a sample is that near for how far the peak is. */
@@ -196,7 +185,7 @@ static size_t points_of(const rbf_incidence *in, int channels, const double norm
 	size_t points = 0;
 	for (size_t i = 0; i < in->count; i++) {
 		const double *w = in->outgoing + 3*i;
-		if (fabs(w[0]*normal[0] + w[1]*normal[1] + w[2]*normal[2]) > RBF_SCAN_FLAT)
+		if (fabs(rbf_dot3(normal, w)) > RBF_SCAN_FLAT)
 			continue;
 		p[points].s = fmin(fmax(w[0]*plane[0] + w[1]*plane[1], -1), 1);
 		for (int c = 0; c < channels; c++)
@@ -239,7 +228,7 @@ int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane b
 	float *dsf = realloc(in->dsf, (size_t)channels * room * sizeof *dsf);
 	in->dsf = dsf ? dsf : in->dsf;
 	rbf_tree tree = {0};
-	int failed = !p || !outgoing || !dsf || (!only && grow_tree(in, &tree));
+	int failed = !p || !outgoing || !dsf || (!only && rbf_tree_of(&tree, count, outgoing));
 	if (!failed) {
 		const double length = hypot(normal[0], normal[1]), plane[2] = {normal[1] / length, -normal[0] / length};
 		const double source = fmin(fmax(in->direction[0]*plane[0] + in->direction[1]*plane[1], -1), 1);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "turned.h"
 #include "vector.h"
+#include "vector3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -78,11 +79,6 @@ static int append(rbf_incidence *to, rbf_incidence *other, size_t channels)
 	return 0;
 }
 
-static double polar(const rbf_incidence *in)
-{
-	return atan2(in->direction[0], in->direction[2]);
-}
-
 int rbf_turned_join(rbf_measured *turned, int channels, double *direction)
 {
 	rbf_incidence *all = turned->incidence;
@@ -91,7 +87,7 @@ int rbf_turned_join(rbf_measured *turned, int channels, double *direction)
 	int failed = 0;
 	for (size_t b = 0; b < count; b++) {
 		size_t same = 0;
-		while (same < kept && (failed || fabs(polar(&all[same]) - polar(&all[b])) > SAME))
+		while (same < kept && (failed || fabs(rbf_theta3(all[same].direction) - rbf_theta3(all[b].direction)) > SAME))
 			same++;
 		if (same < kept && !(failed = append(&all[same], &all[b], (size_t)channels)))
 			continue;
