@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "assemble.h"
+#include "cluster.h"
 #include "cull.h"
 #include "draws.h"
 #include "kernel.h"
@@ -7,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell */
+static const float CULL_ERROR = 1e-3f;  /* relative to the set's value in the cell, with its part of the Lambertian one */
 
 /* limit: as rbf_assemble_sets() takes it. Returns 0, or -1 when out of memory. */
 static int set_limits(const float limit[], rbf_component *c)
@@ -144,7 +145,8 @@ void rbf_assemble_shift(const rbf_fitted *m, const rbf_component *c, const float
 }
 
 /* For every cell of the exitant hemisphere: groups of blocks whose largest possible sum in the cell is negligible beside the
- * set's smallest value there are left out. The cell is taken as a disc around its centre. */
+ * set's smallest value there are left out, the Lambertian part counted as evenly among the frames. The cell is taken as a disc around its
+ * centre. */
 static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy, float reach, float bound[64], uint64_t *mask)
 {
 	const uint32_t group = rbf_cull_group(set->blocks), groups = set->blocks ? (set->blocks + group - 1) / group : 0;
@@ -170,7 +172,7 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 		float value[3];
 		memcpy(job.direction, corner[n], sizeof job.direction);
 		rbf_kernel_sum(&job, 1, &luminance, value);
-		smallest = fminf(smallest, value[0]);
+		smallest = fminf(smallest, value[0] + c->lambertian[y] / (float)c->frames * corner[n][2] * (float)(1 / RBF_PI));
 	}
 	for (uint32_t g = 0; g < groups; g++) {
 		bound[g] = 0;
@@ -206,11 +208,22 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy
 	}
 }
 
+/* Residual motion is recorded for the lobes as they are. */
+static int cluster(const rbf_component *c)
+{
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (uint32_t s = 0; s < c->sets; s++)
+		if (!c->residual)
+			failed |= rbf_cluster(c, &c->set[s], (rbf_block *)c->block, (rbf_amplitude *)c->amplitude);
+	return failed;
+}
+
 int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 {
 	const size_t cells = RBF_CULL_CELLS;
 	uint64_t *wide = malloc((c->sets * cells + 1) * sizeof *wide), *cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *cull);
-	if (!wide || !cull || rbf_draws_make(c)) {
+	if (!wide || !cull || cluster(c) || rbf_draws_make(c)) {
 		free(wide);
 		free(cull);
 		return -1;

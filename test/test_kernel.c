@@ -6,6 +6,7 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "cluster.h"
 #include "cull.h"
 #include "evaluate.h"
 #include "lobes.h"
@@ -152,7 +153,7 @@ static uint64_t *wide_masks(const rbf_component *c)
 	return wide;
 }
 
-/* Without the masks, or with: the set's value differs by less than the bound. With masks that are not packed it is the same. */
+/* Without the masks, or with: f differs by less than the bound. With masks that are not packed it is the same. */
 static void culling_error(const bsdfrbf_model *model, const char *name)
 {
 	int transmit;
@@ -185,13 +186,56 @@ static void culling_error(const bsdfrbf_model *model, const char *name)
 		b.component = &wide;
 		rbf_site_dsf(&b, q, before);
 		assert_memory_equal(with, before, c->channels * sizeof *with);
-		for (uint32_t k = 0; k < c->channels; k++)
-			if (without[k] > 1e-12f)
-				worst = fmax(worst, fabs((double)with[k] / (double)without[k] - 1));
+		for (uint32_t k = 0; k < c->channels; k++) {
+			const float all = without[k] + c->lambertian[k] * o[2] * (float)(1 / RBF_PI);
+			if (all > 1e-12f)
+				worst = fmax(worst, fabs((double)with[k] - (double)without[k]) / (double)all);
+		}
 	}
 	print_message("%s: culling off by at most %.1e, %.0f groups a cell\n", name, worst, kept / (c->sets * (double)RBF_CULL_CELLS));
 	assert_true(worst < 1e-3);
 	free(masks);
+}
+
+/* Lobes at eight places, as many at each, in turn, and three more: each block is of one place, in the former order, with its amplitudes. */
+static void lobes_share_blocks(void **state)
+{
+	(void)state;
+	enum { PLACES = 8, COUNT = PLACES * RBF_LANES + 3, SET_BLOCKS = PLACES + 1, FIRST = 2, ALL = FIRST + SET_BLOCKS };
+	static rbf_block block[ALL];
+	static rbf_amplitude amplitude[3 * ALL];
+	const rbf_component c = {.channels = 3, .frames = 1, .blocks = ALL, .block = block, .amplitude = amplitude};
+	const rbf_set set = {.first = FIRST, .blocks = SET_BLOCKS};
+	float place[PLACES][3];
+	uint64_t seed = 4;
+	for (int n = 0; n < PLACES; n++) { /* far from each other */
+		const float phi = (float)n * (float)(2 * RBF_PI / PLACES);
+		memcpy(place[n], (float[3]){.8f * cosf(phi), .8f * sinf(phi), .6f}, sizeof place[n]);
+	}
+	for (uint32_t i = 0; i < COUNT; i++) {
+		rbf_block *b = &block[FIRST + i / RBF_LANES];
+		const uint32_t lane = i % RBF_LANES;
+		const float *at = i < 3 ? (const float[3]){0, 0, 1} : place[i % PLACES];
+		b->x[lane] = at[0];
+		b->y[lane] = at[1];
+		b->z[lane] = at[2];
+		b->k[lane] = (i < 3 ? 300 : 100) + (float)random_unit(&seed);
+		for (uint32_t n = 0; n < 3; n++)
+			amplitude[n * ALL + FIRST + i / RBF_LANES].a[lane] = (float)(i + 100 * n);
+	}
+	assert_int_equal(rbf_cluster(&c, &set, block, amplitude), 0);
+	int found[COUNT] = {0};
+	for (uint32_t at = 0; at < COUNT; at++) {
+		const rbf_block *b = &block[FIRST + at / RBF_LANES];
+		const uint32_t lane = at % RBF_LANES, i = (uint32_t)amplitude[FIRST + at / RBF_LANES].a[lane];
+		assert_true(i < COUNT && !found[i]++);
+		for (uint32_t n = 1; n < 3; n++)
+			assert_int_equal((int)amplitude[n * ALL + FIRST + at / RBF_LANES].a[lane], i + 100 * n);
+		const float *is = i < 3 ? (const float[3]){0, 0, 1} : place[i % PLACES];
+		assert_true(b->x[lane] == is[0] && b->y[lane] == is[1] && b->z[lane] == is[2]);
+		if (lane)
+			assert_true(b->x[lane] == b->x[0] && b->y[lane] == b->y[0] && i > (uint32_t)amplitude[FIRST + at / RBF_LANES].a[lane - 1]);
+	}
 }
 
 static bsdfrbf_model *model[2 + RANDOM_PLANS];
@@ -260,6 +304,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(vectors_agree_with_reference),
 		cmocka_unit_test(out_of_reach),
+		cmocka_unit_test(lobes_share_blocks),
 		cmocka_unit_test(culling),
 		cmocka_unit_test(ways_to_evaluate_agree),
 	};
