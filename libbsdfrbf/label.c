@@ -5,6 +5,7 @@
 #include <string.h>
 
 static const float SHARE_MIN = .03f, FAINT_MIN = .003f; /* frames that carry less are dropped */
+static const float SAME = 1 - 1e-6f; /* cosine between a direction and another */
 enum { ROUNDS = 6, TOGETHER = 128 };
 
 float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3], float gain)
@@ -22,17 +23,36 @@ float rbf_label_judge(const rbf_lobes *lobes, unsigned op, const float mapped[3]
 	return gain * rbf_lobes_luminance(lobes, q) * fminf(fmaxf(mapped[2] * 10, .05f), 1.f);
 }
 
+/* A base's vertex at a direction; operation op takes what was measured there. In the mesh, where it has one. */
+static rbf_vertex vertex_at(const rbf_mesh *mesh, const uint32_t own[], uint32_t base, unsigned op, const float direction[3])
+{
+	rbf_vertex found = {.base = base, .op = op};
+	memcpy(found.direction, direction, sizeof found.direction);
+	if (op == RBF_OP_NONE && own[base] != UINT32_MAX)
+		return mesh->vertex[own[base]];
+	for (uint32_t w = 0; w < mesh->vertices; w++)
+		if (mesh->vertex[w].base == base && rbf_dot(mesh->vertex[w].direction, direction) > SAME)
+			return mesh->vertex[w];
+	return found;
+}
+
+static int is_among(const rbf_vertex *list, uint32_t count, const rbf_vertex *one)
+{
+	for (uint32_t n = 0; n < count; n++)
+		if (list[n].base == one->base && rbf_dot(list[n].direction, one->direction) > SAME)
+			return 1;
+	return 0;
+}
+
 static int find_neighbours(rbf_fitted *m)
 {
 	const rbf_mesh *mesh = &m->mesh;
 	/* the unmirrored vertex of each base */
 	uint32_t *own = malloc((m->bases + 1) * sizeof *own);
-	uint8_t *joined = calloc((size_t)mesh->vertices + 1, 1);
 	m->neighbour_first = calloc((size_t)m->bases + 1, sizeof *m->neighbour_first);
 	m->neighbour = malloc(((size_t)mesh->elements * 6 + (size_t)mesh->borders * 2 + 2 * (size_t)m->bases + 1) * 4 * sizeof *m->neighbour);
-	if (!own || !joined || !m->neighbour_first || !m->neighbour) {
+	if (!own || !m->neighbour_first || !m->neighbour) {
 		free(own);
-		free(joined);
 		return -1;
 	}
 	for (uint32_t b = 0; b < m->bases; b++)
@@ -40,8 +60,8 @@ static int find_neighbours(rbf_fitted *m)
 	for (uint32_t v = 0; v < mesh->vertices; v++)
 		if (mesh->vertex[v].op == RBF_OP_NONE)
 			own[mesh->vertex[v].base] = v;
-	/* Elements are kept only where they reach into the fundamental domain: a base's vertex may have neighbours only as another
-	 * vertex's mirror image, so any element that has an image of the base counts, mirrored back. */
+	/* Elements are kept only where they reach into the fundamental domain: a base may have neighbours only as another vertex's mirror image,
+	 * and, if it was measured elsewhere, nothing but images. So any element that has an image of the base counts, mirrored back. */
 	uint32_t at = 0;
 	for (uint32_t b = 0; b < m->bases; b++) {
 		m->neighbour_first[b] = at;
@@ -53,30 +73,19 @@ static int find_neighbours(rbf_fitted *m)
 					continue;
 				for (int j = 0; j < corners; j++) {
 					/* the neighbour as seen from the unmirrored base */
-					const uint32_t base = mesh->vertex[v[j]].base, op = mesh->vertex[v[j]].op ^ mesh->vertex[v[i]].op;
+					float direction[3];
 					if (i == j)
 						continue;
-					uint32_t found = UINT32_MAX;
-					float want[3];
-					rbf_mirror(mesh->vertex[v[i]].op, mesh->vertex[v[j]].direction, want);
-					if (op == RBF_OP_NONE)
-						found = own[base];
-					for (uint32_t w = 0; w < mesh->vertices && found == UINT32_MAX; w++)
-						if (mesh->vertex[w].base == base && rbf_dot(mesh->vertex[w].direction, want) > 1 - 1e-6f)
-							found = w;
-					if (found == UINT32_MAX || joined[found])
-						continue;
-					joined[found] = 1;
-					m->neighbour[at++] = found;
+					rbf_mirror(mesh->vertex[v[i]].op, mesh->vertex[v[j]].direction, direction);
+					const rbf_vertex found = vertex_at(mesh, own, mesh->vertex[v[j]].base, mesh->vertex[v[j]].op ^ mesh->vertex[v[i]].op, direction);
+					if (!is_among(m->neighbour + m->neighbour_first[b], at - m->neighbour_first[b], &found))
+						m->neighbour[at++] = found;
 				}
 			}
 		}
-		for (uint32_t n = m->neighbour_first[b]; n < at; n++)
-			joined[m->neighbour[n]] = 0;
 	}
 	m->neighbour_first[m->bases] = at;
 	free(own);
-	free(joined);
 	return 0;
 }
 
@@ -118,7 +127,7 @@ float rbf_label_prediction(const rbf_fitted *m, const rbf_candidate *to, const r
 	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
 	float sum = 0;
 	for (uint32_t n = from; n < end; n++) {
-		const rbf_vertex *v = &m->mesh.vertex[m->neighbour[n]];
+		const rbf_vertex *v = &m->neighbour[n];
 		rbf_warp warp;
 		float mapped[3];
 		rbf_warp_set(&warp, to->map, &to->linear, k, v->direction);

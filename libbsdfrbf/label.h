@@ -22,7 +22,7 @@ typedef struct rbf_fitted {
 	rbf_lobes *lobes;             /* [bases] */
 	rbf_mesh mesh;                /* of all incidences */
 	uint32_t *neighbour_first;    /* [bases + 1] */
-	uint32_t *neighbour;          /* vertices next to each base's unmirrored vertex */
+	rbf_vertex *neighbour;        /* what lies next to each base where it was measured: in the mesh that may be elsewhere, mirrored */
 	uint32_t candidates;
 	rbf_candidate candidate[RBF_CANDIDATES]; /* the listed maps first, each at its own id */
 	uint32_t *lobe_first;         /* [bases + 1]: where a base's lobes start in such rows */

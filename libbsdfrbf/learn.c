@@ -136,7 +136,7 @@ rbf_lesson *rbf_learn_begin(const rbf_fitted *m)
 		s->first[p] = pairs;
 		pairs += count;
 		for (uint32_t n = 0; n < count; n++)
-			s->work += m->lobes[m->mesh.vertex[m->neighbour[m->neighbour_first[b] + n]].base].count;
+			s->work += m->lobes[m->neighbour[m->neighbour_first[b] + n].base].count;
 		s->probe[p].weight /= count ? count : 1;
 	}
 	if (!failed)
@@ -200,7 +200,7 @@ static void judge(rbf_lesson *s, int level, unsigned map, const rbf_linear *line
 		float c[3];
 		rbf_lobe_centre(&m->lobes[b], s->probe[p].lobe, c);
 		for (uint32_t n = s->first[p]; n < s->first[p + 1]; n++) {
-			const rbf_vertex *v = &m->mesh.vertex[m->neighbour[m->neighbour_first[b] + n - s->first[p]]];
+			const rbf_vertex *v = &m->neighbour[m->neighbour_first[b] + n - s->first[p]];
 			rbf_warp warp;
 			float mapped[3];
 			rbf_warp_set(&warp, map, linear, k, v->direction);

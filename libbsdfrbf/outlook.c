@@ -64,7 +64,7 @@ int rbf_outlook_make(const rbf_sources *s, uint32_t base, enum rbf_carry carry, 
 	if (!o->compared || !o->neighbour || !o->near || !o->warp)
 		return -1;
 	for (uint32_t n = 0; n < o->around; n++)
-		o->neighbour[n] = m->mesh.vertex[m->neighbour[first + n]];
+		o->neighbour[n] = m->neighbour[first + n];
 	o->around += own_images(m, base, i, o->neighbour + o->around);
 	for (size_t n = 0; n < 2 * beside->count; n++)
 		o->compared[n] = -1;

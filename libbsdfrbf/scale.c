@@ -39,7 +39,7 @@ static double trend(const rbf_fitted *m, const double light[], uint32_t base, co
 		step[n] = d[n] - next->direction[n];
 	const float length = rbf_normalize(step);
 	for (uint32_t i = m->neighbour_first[next->base]; i < m->neighbour_first[next->base + 1]; i++) {
-		const rbf_vertex *v = &m->mesh.vertex[m->neighbour[i]];
+		const rbf_vertex *v = &m->neighbour[i];
 		float back[3];
 		rbf_mirror(next->op, v->direction, back);
 		for (int n = 0; n < 3; n++)
@@ -61,7 +61,7 @@ static double stands_apart(const rbf_fitted *m, const double light[], uint32_t b
 	float d[3];
 	direction_of(m, base, d);
 	for (uint32_t i = m->neighbour_first[base]; i < m->neighbour_first[base + 1]; i++) {
-		const rbf_vertex *v = &m->mesh.vertex[m->neighbour[i]];
+		const rbf_vertex *v = &m->neighbour[i];
 		if (v->base == base)
 			continue;
 		const double is = light[v->base], goes_on = trend(m, light, base, d, v);
@@ -87,7 +87,7 @@ static float least_difference(const rbf_fitted *m, float lambertian, uint32_t ba
 {
 	float least = INFINITY;
 	for (uint32_t i = m->neighbour_first[base]; i < m->neighbour_first[base + 1]; i++) {
-		const rbf_vertex *v = &m->mesh.vertex[m->neighbour[i]];
+		const rbf_vertex *v = &m->neighbour[i];
 		if (v->base != base && v->base != without)
 			least = rbf_min(least, difference(m, lambertian, v, base, 1));
 	}
@@ -99,7 +99,7 @@ static int alike(const rbf_fitted *m, float lambertian, uint32_t base, float sca
 {
 	int found = 0;
 	for (uint32_t i = m->neighbour_first[base]; i < m->neighbour_first[base + 1] && !found; i++) {
-		const rbf_vertex *v = &m->mesh.vertex[m->neighbour[i]];
+		const rbf_vertex *v = &m->neighbour[i];
 		const float apart = v->base == base ? INFINITY : difference(m, lambertian, v, base, scale);
 		found = apart < LIKE || (apart < LIKE_MOST && apart <= least_difference(m, lambertian, v->base, base));
 	}
