@@ -2,6 +2,7 @@
 #include "arrays.h"
 #include "cull.h"
 #include "dhr.h"
+#include "dhr_grid.h"
 #include "draws.h"
 
 #define DRAWS_ENTRIES (1ull * rbf_draw_tables(c) * RBF_LANES * c->blocks)

@@ -15,7 +15,8 @@
 #define RBF_NUMBERS(X) \
 	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
 	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
-	X(dhr_steps) X(learned) X(even) X(tuned) X(filled) X(limited)
+	X(dhr_steps) X(learned) X(even) X(tuned) X(filled) X(limited) X(dhr_cells) \
+	X(dhr_unit[0]) X(dhr_unit[1]) X(dhr_unit[2])
 #define RBF_NUMBERS_MAX 48
 
 /* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With
@@ -30,6 +31,7 @@
 	X(20, "vertices",       mesh.vertex,       c->mesh.vertices,                 RBF_ARRAY_INDEX) \
 	X(21, "sets",           set,               c->sets,                          RBF_ARRAY_INDEX) \
 	X(22, "shift of",       shift_of,          c->residual * 6ull * c->mesh.elements, RBF_ARRAY_INDEX) \
+	X(38, "dhr grid",       dhr_grid,          c->channels * rbf_dhr_nodes(c),   RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
 	X(23, "dhr",            dhr,               DHR_ENTRIES,                      RBF_ARRAY_FLOAT) \
 	X(24, "incidences",     base_info,         c->mesh.bases,                    RBF_ARRAY_INDEX) \
 	X(25, "wide cull",      cull_wide,         RBF_CULL_CELLS * c->sets,         RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \

@@ -26,4 +26,7 @@ int rbf_assemble_cull(const rbf_team *team, rbf_component *component, float reac
 
 /* Table of DHR (dhr.h). Opens OpenMP regions. */
 int rbf_assemble_dhr(const rbf_team *team, rbf_component *component);
+
+/* The grid over it (dhr_grid.h), when everything else is there; none where it would be of no use. Opens OpenMP regions. */
+int rbf_assemble_dhr_grid(rbf_component *component);
 #endif

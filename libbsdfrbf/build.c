@@ -420,6 +420,9 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 	}
 	if (rbf_trend_set(model))
 		return out_of_memory(context);
+	for (int i = 0; i < 4; i++)
+		if (model->component[i].present && rbf_assemble_dhr_grid(&model->component[i]))
+			return out_of_memory(context);
 	rbf_energy_warn(context, model);
 	if (data->name)
 		RBF_TRY(bsdfrbf_set_text(context, model, "name", data->name));

@@ -2,6 +2,7 @@
 #include "check.h"
 #include "arrays.h"
 #include "dhr.h"
+#include "dhr_grid.h"
 #include "map.h"
 
 #define BLOCKS_MAX (1u << 28) /* lobes are counted in 32 bits */
@@ -65,6 +66,8 @@ const char *rbf_check_numbers(const rbf_component *c)
 		return "residual transport";
 	if (c->dhr_steps < 2 || c->dhr_steps > RBF_DHR_STEPS_MAX || c->dhr_steps % 2)
 		return "size of the reflectance table";
+	if (c->dhr_cells > RBF_DHR_CELLS_MAX || !all_finite(c->dhr_unit, 3))
+		return "grid of the reflectance table";
 	if (!all_finite(c->lambertian, 3))
 		return "Lambertian part";
 	for (int i = 0; i < 3; i++)

@@ -81,6 +81,9 @@ void rbf_site_eval(const rbf_site *site, const float exitant[3], float value[3])
 /* DHR of the scattered part from the component's table. Outside the mesh it is at most that of the nearest point of the boundary. */
 void rbf_component_dhr(const rbf_component *component, const float incident[3], float value[3]);
 
+/* The same, more quickly and within a thousandth (dhr_grid.h). */
+void rbf_component_dhr_quick(const rbf_component *component, const float incident[3], float value[3]);
+
 /* What a pair of public directions means: the component that answers (NULL: none), the vectors in its half space, and
  * whether incident and exitant were swapped (reciprocity). */
 typedef struct rbf_query {

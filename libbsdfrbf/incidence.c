@@ -59,7 +59,7 @@ void rbf_side_dhr(rbf_side *s, float *value)
 		if (s->component && s->swapped)
 			rbf_reciprocal_dhr(s->model, s->component, s->local, s->dhr);
 		else if (s->component)
-			rbf_component_dhr(s->component, s->local, s->dhr);
+			rbf_component_dhr_quick(s->component, s->local, s->dhr);
 		s->known = 1;
 	}
 	memcpy(value, s->dhr, s->model->channels * sizeof *value);

@@ -124,6 +124,9 @@ typedef struct rbf_component {
 	uint32_t dhr_steps;             /* even */
 	const float *dhr;               /* table of the scattered part's DHR, see dhr.h */
 	const float *trend;             /* [borders][4 dhr_steps], or NULL: change of ln DHR from the border to the horizon, see dhr.h */
+	uint32_t dhr_cells;             /* 0: no grid */
+	uint32_t dhr_unit[3];           /* of each channel: bits of a float */
+	const uint16_t *dhr_grid;       /* what the table answers at most directions, see dhr_grid.h; NULL: nothing */
 	const rbf_base_info *base_info; /* [mesh.bases] */
 	rbf_facts facts;
 } rbf_component;

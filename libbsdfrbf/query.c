@@ -15,7 +15,7 @@ static void dhr(const bsdfrbf_model *model, const float incident[3], int transmi
 	else if (swapped)
 		rbf_reciprocal_dhr(model, c, local, v);
 	else
-		rbf_component_dhr(c, local, v);
+		rbf_component_dhr_quick(c, local, v);
 	value[0] = v[0] + (c ? share * c->lambertian[0] : 0);
 	for (uint32_t n = 1; n < model->channels; n++)
 		value[n] = v[n] + (c ? share * c->lambertian[n] : 0);

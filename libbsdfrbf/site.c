@@ -3,6 +3,7 @@
 #include "bounds.h"
 #include "clones.h"
 #include "dhr.h"
+#include "dhr_grid.h"
 #include "even.h"
 
 #include <string.h>
@@ -266,4 +267,10 @@ void rbf_component_dhr(const rbf_component *c, const float incident[3], float va
 		rbf_dhr_inside(c, item, weight, value);
 	for (uint32_t n = 0; n < c->channels; n++)
 		value[n] /= rbf_max(site.incident[2], RBF_DHR_Z);
+}
+
+void rbf_component_dhr_quick(const rbf_component *c, const float incident[3], float value[3])
+{
+	if (!c->dhr_grid || !rbf_dhr_from_grid(c, incident, value))
+		rbf_component_dhr(c, incident, value);
 }

@@ -50,6 +50,7 @@ static inline void synthetic_numbers(const synthetic *want, rbf_component *c)
 	c->shifts = want->residual ? want->frames * want->blocks_per_set * 3 : 0;
 	c->edges = want->residual ? 3 : 0;
 	c->dhr_steps = want->dhr_steps;
+	c->dhr_cells = want->optional ? 5 : 0;
 	c->lambertian[0] = .125f;
 	c->facts.loo_error = -1;
 	c->facts.frame_share[0] = 1;

@@ -2,6 +2,7 @@
 /* The recorded file: what is written comes back, and nothing damaged or hostile does any harm. */
 #include "bounds.h"
 #include "cull.h"
+#include "dhr_grid.h"
 #include "image.h"
 #include "synthetic.h"
 
@@ -80,6 +81,12 @@ static double walk(const bsdfrbf_model *model)
 		const rbf_component *c = model->component + i;
 		if (!c->present)
 			continue;
+		for (int i = 0; i < 50 && c->dhr_grid; i++) {
+			const double z = i / 49., r = sqrt(1 - z*z);
+			float dhr[3];
+			rbf_dhr_from_grid(c, (float[]){(float)(r * cos(i)), (float)(r * sin(i)), (float)z}, dhr);
+			sum += (double)dhr[0];
+		}
 		for (uint32_t cell = 0; cell < rbf_mesh_cells(&c->mesh); cell += 97) {
 			uint32_t first, last;
 			rbf_bound_cell(&c->mesh, cell, &first, &last);
@@ -459,6 +466,27 @@ static void test_masks_missing(void **state)
 	}
 }
 
+/* A grid of DHR of another size is refused; a file may be without, and be read by those who do not know it. */
+static void test_grid_missing(void **state)
+{
+	static const rbf_symmetry symmetry[] = {RBF_ISOTROPIC, RBF_QUADRILATERAL, RBF_BILATERAL_X, RBF_UP, RBF_ANISOTROPIC};
+	static const uint64_t nodes[] = {6, 36, 66, 66, 121};
+	for (int k = 0; k < 5; k++) {
+		const image file = small_image(&(synthetic){3, symmetry[k], 1, 1, 0, 1, 30, 1, 0, 2, 2, 1});
+		rbf_record_section *s = image_section(&file, 38);
+		assert_non_null(s);
+		assert_int_equal(s->flags, 0);
+		assert_int_equal(s->bytes, nodes[k] * 3 * 2);
+		s->bytes -= 2;
+		expect(*state, &file, BSDFRBF_ERR_FORMAT, "dhr grid\" of tf: size");
+		s->bytes += 2;
+		expect(*state, &file, BSDFRBF_OK, "");
+		s->kind = 4000;
+		expect(*state, &file, BSDFRBF_OK, "");
+		free(file.at);
+	}
+}
+
 static void test_not_files(void **state)
 {
 	bsdfrbf_model *model;
@@ -489,6 +517,22 @@ static void test_defects(void **state)
 	((rbf_set *)c->set)[1].first++;
 	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
 	rbf_component_free(c);
+	/* a grid of DHR with units of no number, or larger than any */
+	synthetic_component(&(synthetic){3, RBF_BILATERAL_Y, 2, 3, 1, 2, 5, 1, 1, 1, 2, 1}, 3, c);
+	model->channels = 3;
+	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_OK);
+	for (int n = 0; n < 2; n++) {
+		const float unit = n ? INFINITY : NAN;
+		memcpy(&c->dhr_unit[2], &unit, sizeof unit);
+		assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
+		assert_non_null(strstr(bsdfrbf_message(*state), "grid of the reflectance table"));
+	}
+	c->dhr_unit[2] = 0;
+	c->dhr_cells = RBF_DHR_CELLS_MAX + 1;
+	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_ERR_INTERNAL);
+	assert_non_null(strstr(bsdfrbf_message(*state), "grid of the reflectance table"));
+	rbf_component_free(c);
+	model->channels = 1;
 	/* a learned beam of no number, or that moves like none, or that is not there */
 	synthetic_component(&(synthetic){1, RBF_ANISOTROPIC, 3, 4, 3, 3, 40, 2, 1, 2, 4, 1}, 3, c);
 	assert_int_equal(bsdfrbf_save(*state, model, path), BSDFRBF_OK);
@@ -526,7 +570,7 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, new_path, remove_path)
 	const struct CMUnitTest tests[] = {
 		TEST(test_round_trip), TEST(test_texts), TEST(test_info), TEST(test_truncated), TEST(test_flipped),
-		TEST(test_hostile_numbers), TEST(test_mutated), TEST(test_versions), TEST(test_sections), TEST(test_packed_masks), TEST(test_masks_missing), TEST(test_not_files),
+		TEST(test_hostile_numbers), TEST(test_mutated), TEST(test_versions), TEST(test_sections), TEST(test_packed_masks), TEST(test_masks_missing), TEST(test_grid_missing), TEST(test_not_files),
 		TEST(test_defects),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
