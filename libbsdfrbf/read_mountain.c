@@ -4,7 +4,8 @@
  * lines "#key value", then rows "theta phi value", or "theta phi X Y Z", in degrees. theta is counted from the front
  * normal (0 to 180), phi counter-clockwise as seen from the front; #upphi tells which phi points up (+Y), 0 if absent.
  * More is accepted than the page says: any capitals, blanks after '#', colons anywhere or nowhere, comments and empty
- * lines between rows, "phi theta" order.
+ * lines between rows, "phi theta" order, and theta below 0, on the other side of the normal, as a scan of a plane goes on: it is taken as that
+ * program takes an incident one, theta -30 phi 0 being theta 30 phi 180.
  */
 #include "read.h"
 
@@ -28,6 +29,15 @@ typedef struct header {
 	double largest[2];           /* theta and |phi| of the rows */
 	char *name;
 } header;
+
+/* The same direction with theta from 0. */
+static void turn_negative(double *theta, double *phi)
+{
+	if (!(*theta < 0))
+		return;
+	*theta = -*theta;
+	*phi += 180;
+}
 
 /* Splits "# key: value" into key and what follows; 0 if there is no key. */
 static int split_key(const char *c, rbf_word *key, const char **value)
@@ -200,12 +210,13 @@ static bsdfrbf_status header_done(const rbf_text *text, header *h, rbf_gather *g
 			"(#incident_angle THETA PHI serves as well): not a Mountain file as pabopto2bsdf(1) describes it, nor Zemax "
 			"tabular BSDF", no_theta ? " #intheta" : "", no_phi ? " #inphi" : "",
 			h->format_line ? "" : " #format: theta phi DSF|BSDF");
-	const double theta = h->number[IN_THETA];
-	if (!(theta >= 0 && theta <= 180))
-		return rbf_text_fail(text, h->number_line[IN_THETA], BSDFRBF_ERR_DATA, "incident theta is outside 0 to 180 "
-			"degrees: below 90 is the front, above 90 the back; turn a negative theta into phi + 180");
+	double theta = h->number[IN_THETA], phi = h->number[IN_PHI];
+	if (!(fabs(theta) <= 180))
+		return rbf_text_fail(text, h->number_line[IN_THETA], BSDFRBF_ERR_DATA, "incident theta is outside -180 to 180 "
+			"degrees: up to 90 from the normal is the front, beyond it the back");
+	turn_negative(&theta, &phi);
 	double incident[3];
-	rbf_direction_from_angles(theta, h->number[IN_PHI] - h->number[UP_PHI] + 90, incident);
+	rbf_direction_from_angles(theta, phi - h->number[UP_PHI] + 90, incident);
 	if (!rbf_gather_start(gather, incident, h->channels))
 		return rbf_text_fail(text, h->number_line[IN_THETA], BSDFRBF_ERR_DATA,
 			"incident theta of 90 degrees lies in the plane of the surface");
@@ -228,10 +239,10 @@ static bsdfrbf_status row(const rbf_text *text, header *h, rbf_gather *gather, c
 			count == 5 && wanted == 3 ? ": if the values are X, Y, Z, add \"#colorimetry: CIE-XYZ\" to the header" :
 			count == 3 && wanted == 5 ? ": #colorimetry says CIE-XYZ" : "");
 
-	const double theta = number[h->phi_first], phi = number[!h->phi_first];
-	if (!(theta >= 0 && theta <= 180))
-		return rbf_text_fail(text, text->number, BSDFRBF_ERR_DATA, "theta is '%s': outside 0 to 180 degrees%s",
-			rbf_word_show(word[h->phi_first], shown), theta < 0 ? "; write it as positive theta with phi + 180" : "");
+	double theta = number[h->phi_first], phi = number[!h->phi_first];
+	if (!(fabs(theta) <= 180))
+		return rbf_text_fail(text, text->number, BSDFRBF_ERR_DATA, "theta is '%s': outside -180 to 180 degrees, counted from the "
+			"front normal", rbf_word_show(word[h->phi_first], shown));
 	if (!(fabs(phi) <= 720))
 		return rbf_text_fail(text, text->number, BSDFRBF_ERR_DATA, "phi is '%s': not an angle in degrees",
 			rbf_word_show(word[!h->phi_first], shown));
@@ -240,8 +251,9 @@ static bsdfrbf_status row(const rbf_text *text, header *h, rbf_gather *gather, c
 			return rbf_text_fail(text, text->number, BSDFRBF_ERR_DATA, "value '%s' is beyond 1e12 per sr: "
 				"delete the row if it was not measured", rbf_word_show(word[i], shown));
 
-	h->largest[0] = fmax(h->largest[0], theta);
+	h->largest[0] = fmax(h->largest[0], fabs(theta));
 	h->largest[1] = fmax(h->largest[1], fabs(phi));
+	turn_negative(&theta, &phi);
 	double outgoing[3];
 	rbf_direction_from_angles(theta, phi - h->number[UP_PHI] + 90, outgoing);
 	if (!rbf_gather_add(gather, outgoing, number + 2, h->dsf ? BSDFRBF_QUANTITY_DSF : BSDFRBF_QUANTITY_BSDF))
@@ -293,7 +305,7 @@ static void warn_oddities(const rbf_text *text, const header *h, const rbf_gathe
 			text->name, h->format_line, h->claim, reflected ? "reflected" : "transmitted");
 	if (reflected + transmitted < FEW_SAMPLES)
 		rbf_warn(text->context, "%s: only %zu samples off the horizon", text->name, reflected + transmitted);
-	if (rows >= 100 && h->largest[0] < 3.2 && h->largest[1] < 6.4 && h->number[IN_THETA] < 3.2)
+	if (rows >= 100 && h->largest[0] < 3.2 && h->largest[1] < 6.4 && fabs(h->number[IN_THETA]) < 3.2)
 		rbf_warn(text->context, "%s: no theta exceeds 3.2 and no phi 6.4: are the angles in radians? "
 			"They are taken as degrees", text->name);
 }

@@ -278,7 +278,7 @@ def cases():
     add(kind, 'negative azimuths', changed(lambda x: turned_azimuths(x, -360)), 'same')
     add(kind, 'azimuths above 360', changed(lambda x: turned_azimuths(x, 360)), 'same')
     add(kind, 'azimuth 4000', changed(line(50, lambda r: r.split()[0] + ' 4000 1')), 'refused', r"in20.txt:50: phi is '4000'")
-    add(kind, 'negative theta', changed(line(50, lambda r: '-' + r)), 'refused', r'in20.txt:50: theta is .*phi \+ 180')
+    add(kind, 'negative theta', changed(line(50, lambda r: f'-{r.split()[0]} {float(r.split()[1]) - 180} {r.split()[2]}')), 'same')
     add(kind, 'theta above 180', changed(line(50, lambda r: '181 0 1')), 'refused', r'in20.txt:50: theta')
     add(kind, 'another up', of_all(lambda x: '#upphi 90\n' + turned_azimuths(x, 90).replace('#inphi 0', '#inphi 90')), 'same')
     # ----------------------------------------------------------------- sides

@@ -185,6 +185,22 @@ static void line_ends_and_blanks(void **state)
 	assert_string_equal(strrchr(f->warning, ':'), ": only 7 samples off the horizon");
 }
 
+/* As instruments that scan a plane write them: the other side of the normal. */
+static void negative_theta(void **state)
+{
+	fixture *f = *state;
+	accept(f, "#format: theta phi BRDF\n#upphi 90\n#intheta -30\n#inphi 0\n-10 0 2\n10 0 3\n-20 -90 4\n-170 0 5\n");
+	const rbf_incidence *in = only(f, BSDFRBF_RF);
+	near_vector(in->direction, -.5, 0, sqrt(.75));
+	assert_int_equal(in->count, 3);
+	near_vector(in->outgoing, -sin(M_PI / 18), 0, cos(M_PI / 18));
+	near_vector(in->outgoing + 3, sin(M_PI / 18), 0, cos(M_PI / 18));
+	near_vector(in->outgoing + 6, 0, sin(M_PI / 9), cos(M_PI / 9));
+	near_vector(only(f, BSDFRBF_TF)->outgoing, -sin(M_PI / 18), 0, cos(M_PI / 18));
+	accept(f, "#format: theta phi BRDF\n#upphi 90\n#incident_angle -120 180\n120 0 2\n");
+	near_vector(only(f, BSDFRBF_RB)->direction, sqrt(.75), 0, .5);
+}
+
 static void both_sides_in_one_file(void **state)
 {
 	fixture *f = *state;
@@ -324,13 +340,13 @@ static void refusals(void **state)
 		{"#colorimetry: RGB\n" HEAD ROWS, "in.dat:1: #colorimetry 'RGB' is unknown", BSDFRBF_ERR_SYNTAX},
 		{"#format: theta phi lux\n", "in.dat:1: unknown #format", BSDFRBF_ERR_SYNTAX},
 		{"#format: phi alpha DSF\n", "unknown #format", BSDFRBF_ERR_SYNTAX},
-		{HEAD "-10 0 1\n", "in.dat:5: theta is '-10': outside 0 to 180 degrees; write it as", BSDFRBF_ERR_DATA},
+		{HEAD "-181 0 1\n", "in.dat:5: theta is '-181': outside -180 to 180 degrees", BSDFRBF_ERR_DATA},
 		{HEAD "181 0 1\n", "theta is '181'", BSDFRBF_ERR_DATA},
 		{HEAD "10 4000 1\n", "phi is '4000'", BSDFRBF_ERR_DATA},
 		{HEAD "theta phi value\n" ROWS, "in.dat:5: theta is 'theta': not a number", BSDFRBF_ERR_SYNTAX},
 		{HEAD "90 0 1\n90 10 1\n", "all samples lie on the horizon", BSDFRBF_ERR_DATA},
 		{"#format: theta phi DSF\n#incident_angle 90 0\n" ROWS, "in.dat:2: incident theta of 90", BSDFRBF_ERR_DATA},
-		{"#format: theta phi DSF\n#incident_angle -30 0\n" ROWS, "in.dat:2: incident theta is outside", BSDFRBF_ERR_DATA},
+		{"#format: theta phi DSF\n#incident_angle -190 0\n" ROWS, "in.dat:2: incident theta is outside", BSDFRBF_ERR_DATA},
 		{"#intheta .5 rad\n", "in.dat:1: 'rad' after the value", BSDFRBF_ERR_SYNTAX},
 		{"#inphi 1e5\n", "in.dat:1: inphi is '1e5': not an angle", BSDFRBF_ERR_DATA},
 		{"#intheta\n", "in.dat:1: #intheta has no value", BSDFRBF_ERR_SYNTAX},
@@ -434,7 +450,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 	const struct CMUnitTest tests[] = {TEST(plain), TEST(up_is_phi_zero_by_default), TEST(header_spellings),
-		TEST(comments_and_empty_lines_between_rows), TEST(line_ends_and_blanks), TEST(both_sides_in_one_file),
+		TEST(comments_and_empty_lines_between_rows), TEST(line_ends_and_blanks), TEST(negative_theta), TEST(both_sides_in_one_file),
 		TEST(all_four_components), TEST(files_of_one_incidence_merge), TEST(normal_incidence_has_no_azimuth), TEST(colour),
 		TEST(phi_column_first), TEST(long_lines_and_names), TEST(numbers),
 		TEST(odd_but_allowed), TEST(refusals), TEST(nul_bytes), TEST(files_that_cannot_be_read), TEST(memory_samples),
