@@ -104,15 +104,38 @@ static int missing_sectors(rbf_symmetry symmetry, size_t n, const double *azimut
 	return found;
 }
 
+/* Where a sector ends, as it is told: at most 360. */
+static double shown(double to)
+{
+	return to > 360 + TOLERANCE ? to - 360 : to;
+}
+
 /* "90 to 180, 270 to 360" */
 static const char *list_sectors(int count, const sector *missing, char *text, size_t size)
 {
 	size_t used = 0;
 	text[0] = 0;
 	for (int i = 0; i < count && used < size; i++)
-		used += (size_t)snprintf(text + used, size - used, "%s%.0f to %.0f", i ? ", " : "",
-			missing[i].from, missing[i].to > 360 + TOLERANCE ? missing[i].to - 360 : missing[i].to);
+		used += (size_t)snprintf(text + used, size - used, "%s%.0f to %.0f", i ? ", " : "", missing[i].from, shown(missing[i].to));
 	return text;
+}
+
+/* "azimuth 0", "azimuths 0 and 180", "azimuths 270 to 90". Returns whether all lie in one plane that holds the normal. */
+static int tell_measured(size_t n, const double *azimuth, int one_azimuth, double *scratch, char *text, size_t size)
+{
+	sector widest;
+	const int gaps = missing_sectors(RBF_ANISOTROPIC, n, azimuth, scratch, NULL, 0, &widest);
+	const double apart = widest.to - widest.from, first = wrap(widest.to);
+	const size_t count = mirrored_azimuths(RBF_ANISOTROPIC, n, azimuth, scratch);
+	if (one_azimuth)
+		snprintf(text, size, "azimuth %.0f", first);
+	else if (count == 2)
+		snprintf(text, size, "azimuths %.0f and %.0f", scratch[0], scratch[1]);
+	else if (gaps)
+		snprintf(text, size, "azimuths %.0f to %.0f", first, shown(first + 360 - apart));
+	else
+		snprintf(text, size, "azimuths 0 to 360");
+	return one_azimuth || (count == 2 && fabs(scratch[1] - scratch[0] - 180) <= TOLERANCE);
 }
 
 /* Are all azimuths in [start, start + width]? */
@@ -155,12 +178,10 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 	int one_azimuth, char asked, rbf_symmetry_choice *choice)
 {
 	enum { ROOM = 6 };
-	sector missing[ROOM], unmeasured, widest;
-	char sectors[160];
+	sector missing[ROOM], widest;
+	char sectors[160], measured[64];
 	int found;
-	const int round = !missing_sectors(RBF_ANISOTROPIC, n, azimuth, scratch, missing, 0, &unmeasured);
-	const double first = round ? 0 : wrap(unmeasured.to);
-	const double last = round ? 360 : first + 360 - (unmeasured.to - unmeasured.from);
+	const int plane = tell_measured(n, azimuth, one_azimuth, scratch, measured, sizeof measured);
 
 	rbf_symmetry symmetry = (rbf_symmetry)from_coverage(n, azimuth, one_azimuth);
 	switch (asked) {
@@ -181,6 +202,9 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 	}
 	if (symmetry != RBF_ISOTROPIC) {
 		found = missing_sectors(symmetry, n, azimuth, scratch, missing, ROOM, &widest);
+		if (plane)
+			return rbf_fail(context, BSDFRBF_ERR_DATA, "all incident directions are in one plane (%s), but a material that is %s looks "
+				"different from elsewhere: measure the azimuths missing between, or, if the material is so, ask for -s I", measured, name_of(symmetry));
 		if (found) {
 			char remedy[120] = "";
 			static const struct { rbf_symmetry symmetry; char letter; } other[] = {
@@ -198,13 +222,12 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 					listed = other[i].letter;
 				}
 			return rbf_fail(context, BSDFRBF_ERR_DATA,
-				"incident azimuths %.0f to %.0f degrees do not cover a material that is %s: missing %s; "
-				"measure these, or, if the material is so, ask for %s",
-				first, last, name_of(symmetry), sectors, remedy);
+				"incident %s degrees do not cover a material that is %s: missing %s; "
+				"measure these, or, if the material is so, ask for %s", measured, name_of(symmetry), sectors, remedy);
 		}
 		if (widest.to - widest.from > 60 + TOLERANCE)
 			rbf_warn(context, "no incident azimuth between %.0f and %.0f degrees, mirror images included: "
-				"the result is interpolated across a wide gap", widest.from, widest.to);
+				"the result is interpolated across a wide gap", widest.from, shown(widest.to));
 	}
 	choice->symmetry = choice->other = symmetry;
 	const rbf_symmetry across = symmetry == RBF_BILATERAL_X ? RBF_BILATERAL_Y : RBF_BILATERAL_X;
@@ -214,12 +237,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 		else if (!missing_sectors(across, n, azimuth, scratch, missing, 0, &widest))
 			choice->other = across;
 	}
-	if (one_azimuth)
-		snprintf(choice->text, sizeof choice->text, "%s%s (azimuth %.0f measured)", name_of(symmetry),
-			asked ? ", asked for" : "", first);
-	else
-		snprintf(choice->text, sizeof choice->text, "%s%s (azimuths %.0f to %.0f measured)", name_of(symmetry),
-			asked ? ", asked for" : "", first, last);
+	snprintf(choice->text, sizeof choice->text, "%s%s (%s measured)", name_of(symmetry), asked ? ", asked for" : "", measured);
 	return BSDFRBF_OK;
 }
 

@@ -78,7 +78,7 @@ static void test_symmetry(void **state)
 	choose(rings(1, 12, 72, 12, 0, 180, 20), 0, RBF_BILATERAL_Y, "mirror y (azimuths 0 to 180 measured)");
 	choose(rings(1, 12, 72, 12, 180, 360, 20), 0, RBF_BILATERAL_Y, NULL);
 	choose(rings(1, 12, 72, 12, 90, 270, 20), 0, RBF_BILATERAL_X, "mirror x");
-	choose(rings(1, 12, 72, 12, -90, 90, 20), 0, RBF_BILATERAL_X, "azimuths 270 to 450");
+	choose(rings(1, 12, 72, 12, -90, 90, 20), 0, RBF_BILATERAL_X, "azimuths 270 to 90 measured");
 	choose(rings(1, 15, 75, 15, 0, 359, 24), 0, RBF_ANISOTROPIC, "azimuths 0 to 360");
 	choose(rings(1, 12, 72, 12, 0, 180, 20), 'U', RBF_UP, "asked for");
 	choose(rings(1, 12, 72, 12, 45, 225, 20), 'U', RBF_UP, NULL);
@@ -106,9 +106,14 @@ static void test_symmetry(void **state)
 	choose(&scratch, 0, 0, "missing 90 to 180, 270 to 360");
 	choose(&scratch, 0, 0, "-s Q");
 	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "missing"); /* one plane, both sides */
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "in one plane (azimuths 0 and 180)");
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 'A', 0, "in one plane (azimuths 0 and 180)");
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 'I', RBF_ISOTROPIC, "asked for (azimuths 0 and 180 measured)");
 	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "-s I");
 	choose(rings(1, 10, 80, 10, 0, 90, 90), 0, RBF_QUADRILATERAL, NULL); /* coarse, but it covers */
 	assert_true(strstr(warned, "between 0 and 90") != NULL);
+	choose(rings(1, 10, 80, 10, 62, 302, 60), 'A', RBF_ANISOTROPIC, NULL);
+	assert_true(strstr(warned, "between 302 and 62 degrees") != NULL);
 	/* normal incidence has no azimuth */
 	scratch.count = 0;
 	add(&scratch, .4, 200);
