@@ -5,7 +5,7 @@
  * The rules follow the manual page pabopto2bsdf(1): one azimuth means isotropic, a quarter of the circle
  * quadrilateral, a half bilateral (or "up", which has the same coverage: the data decide, see build.c), the full circle
  * anisotropic. What that program accepts silently although a sector is missing is refused here, with the
- * missing azimuths named.
+ * missing azimuths named; asked for anisotropic, as for light from the sun's path alone, it is taken with a warning.
  */
 #include "mesh.h"
 
@@ -202,16 +202,21 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 	}
 	if (symmetry != RBF_ISOTROPIC) {
 		found = missing_sectors(symmetry, n, azimuth, scratch, missing, ROOM, &widest);
-		if (plane)
+		list_sectors(found < ROOM ? found : ROOM, missing, sectors, sizeof sectors);
+		if (found && asked == 'A')
+			rbf_warn(context, "nothing was measured at incident azimuths %s%s%s, where a material without symmetry may do anything: "
+				"there the nearest measured incidences are carried on; measure these, if light comes from there",
+				plane ? "other than those in one plane (" : "", plane ? measured : sectors, plane ? ")" : "");
+		else if (plane)
 			return rbf_fail(context, BSDFRBF_ERR_DATA, "all incident directions are in one plane (%s), but a material that is %s looks "
-				"different from elsewhere: measure the azimuths missing between, or, if the material is so, ask for -s I", measured, name_of(symmetry));
-		if (found) {
+				"different from elsewhere: measure the azimuths missing between, or, if the material is so, ask for -s I; -s A carries the "
+				"nearest measured on", measured, name_of(symmetry));
+		else if (found) {
 			char remedy[120] = "";
 			static const struct { rbf_symmetry symmetry; char letter; } other[] = {
 				{ RBF_QUADRILATERAL, 'Q' }, { RBF_BILATERAL_Y, 'B' }, { RBF_BILATERAL_X, 'B' },
 				{ RBF_UP, 'U' }, { RBF_ANISOTROPIC, 'A' }
 			};
-			list_sectors(found < ROOM ? found : ROOM, missing, sectors, sizeof sectors);
 			size_t used = (size_t)snprintf(remedy, sizeof remedy, "-s I");
 			char listed = 0;
 			sector ignored;
@@ -223,9 +228,9 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 				}
 			return rbf_fail(context, BSDFRBF_ERR_DATA,
 				"incident %s degrees do not cover a material that is %s: missing %s; "
-				"measure these, or, if the material is so, ask for %s", measured, name_of(symmetry), sectors, remedy);
-		}
-		if (widest.to - widest.from > 60 + TOLERANCE)
+				"measure these, or, if the material is so, ask for %s%s", measured, name_of(symmetry), sectors, remedy,
+				listed == 'A' ? "" : "; -s A carries the nearest measured on");
+		} else if (widest.to - widest.from > 60 + TOLERANCE)
 			rbf_warn(context, "no incident azimuth between %.0f and %.0f degrees, mirror images included: "
 				"the result is interpolated across a wide gap", widest.from, shown(widest.to));
 	}

@@ -92,12 +92,20 @@ static void test_symmetry(void **state)
 	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "missing 270 to 360");
 	choose(rings(1, 10, 80, 10, 0, 270, 15), 0, 0, "-s B");
 	choose(rings(1, 10, 80, 10, 0, 270, 15), 'B', RBF_BILATERAL_Y, NULL);
-	choose(rings(1, 12, 72, 12, 0, 180, 20), 'A', 0, "missing 180 to 360");
-	choose(rings(1, 10, 80, 10, 0, 90, 15), 'A', 0, "missing 90 to 360");
+	choose(rings(1, 12, 72, 12, 0, 180, 20), 'A', RBF_ANISOTROPIC, "asked for (azimuths 0 to 180 measured)"); /* believed, with a word */
+	assert_non_null(strstr(warned, "nothing was measured at incident azimuths 180 to 360,"));
+	choose(rings(1, 10, 80, 10, 0, 90, 15), 'A', RBF_ANISOTROPIC, NULL);
+	assert_non_null(strstr(warned, "azimuths 90 to 360,"));
+	choose(rings(1, 10, 80, 10, 0, 0, 15), 'A', RBF_ANISOTROPIC, NULL);
+	assert_non_null(strstr(warned, "other than those in one plane (azimuth 0),"));
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 'A', RBF_ANISOTROPIC, NULL);
+	assert_non_null(strstr(warned, "other than those in one plane (azimuths 0 and 180),"));
+	choose(rings(1, 10, 80, 10, 0, 45, 15), 0, 0, "; -s A carries");
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "; -s A carries");
 	choose(rings(1, 10, 80, 10, 0, 90, 15), 'U', 0, "missing 90 to 180, 270 to 360");
 	choose(rings(1, 10, 80, 10, 0, 90, 15), 'B', 0, "missing 90 to 270");
 	choose(rings(1, 10, 80, 10, 0, 45, 15), 0, 0, "missing 45 to 135, 225 to 315");
-	choose(rings(1, 10, 80, 10, 0, 0, 15), 'A', 0, "-s I");
+	choose(rings(1, 10, 80, 10, 0, 0, 15), 'Q', 0, "-s I");
 	scratch.count = 0; /* quadrants 1 and 3 */
 	for (int p = 0; p <= 90; p += 15) {
 		add(&scratch, 30, p);
@@ -107,7 +115,7 @@ static void test_symmetry(void **state)
 	choose(&scratch, 0, 0, "-s Q");
 	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "missing"); /* one plane, both sides */
 	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "in one plane (azimuths 0 and 180)");
-	choose(rings(1, 10, 80, 10, 0, 180, 180), 'A', 0, "in one plane (azimuths 0 and 180)");
+	choose(rings(1, 10, 80, 10, 0, 180, 180), 'B', 0, "in one plane (azimuths 0 and 180)");
 	choose(rings(1, 10, 80, 10, 0, 180, 180), 'I', RBF_ISOTROPIC, "asked for (azimuths 0 and 180 measured)");
 	choose(rings(1, 10, 80, 10, 0, 180, 180), 0, 0, "-s I");
 	choose(rings(1, 10, 80, 10, 0, 90, 90), 0, RBF_QUADRILATERAL, NULL); /* coarse, but it covers */
