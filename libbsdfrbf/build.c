@@ -423,7 +423,7 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 	for (int i = 0; i < 4; i++)
 		if (model->component[i].present && rbf_assemble_dhr_grid(&model->component[i]))
 			return out_of_memory(context);
-	rbf_energy_warn(context, model);
+	RBF_TRY(rbf_energy_warn(context, model, data));
 	if (data->name)
 		RBF_TRY(bsdfrbf_set_text(context, model, "name", data->name));
 	rbf_progress(context, "done", 1);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "energy.h"
-#include "status.h"
+#include "coarse_peak.h"
+
+#include <stdio.h>
 
 #define DEGREES (180 / RBF_PI)
 
@@ -36,7 +38,26 @@ int rbf_energy_excess(const bsdfrbf_model *model, int component, float *worst, u
 	return count;
 }
 
-void rbf_energy_warn(bsdfrbf_context *context, const bsdfrbf_model *model)
+/* Whether so much light stands on single samples, of a component or of the other that is lit from the same side. *apart: degrees between them.
+ * -1 when out of memory. */
+static int is_guess(const bsdfrbf_model *model, const bsdfrbf_data *data, int component, const float direction[3], float excess, float *apart)
+{
+	float sum = 0;
+	for (int c = component;; c ^= 2) {
+		float gap;
+		const float light = rbf_coarse_peak(&data->component[c], data->channels, direction,
+			model->component[c].mesh.symmetry == RBF_ISOTROPIC, &gap);
+		if (light < 0)
+			return -1;
+		if (light > sum)
+			*apart = gap;
+		sum += light;
+		if (c != component)
+			return sum > excess;
+	}
+}
+
+bsdfrbf_status rbf_energy_warn(bsdfrbf_context *context, const bsdfrbf_model *model, const bsdfrbf_data *data)
 {
 	for (int c = 0; c < 4; c++) {
 		float worst;
@@ -46,8 +67,16 @@ void rbf_energy_warn(bsdfrbf_context *context, const bsdfrbf_model *model)
 		if (!count)
 			continue;
 		const float *d = own->base_info[base].direction;
-		rbf_warn(context, "%s: %s exceeds 1 at %d of %u incidences, most at theta %.1f phi %.1f (%.3f); it is kept as measured: "
-			"check the measurement's scale", NAME[c], model->component[c ^ 2].present ? "reflected and transmitted light together" : "DHR",
-			count, own->mesh.bases, DEGREES * (double)rbf_polar_angle(d), fmod(DEGREES * atan2((double)d[1], (double)d[0]) + 360, 360), (double)worst);
+		float apart = 0;
+		char remedy[160] = "it is kept as measured: check the measurement's scale";
+		const int guess = is_guess(model, data, c, d, worst - 1, &apart);
+		if (guess < 0)
+			return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		if (guess)
+			snprintf(remedy, sizeof remedy, "a peak there is narrower than the samples are apart (%.1f degrees), which makes its light a guess: "
+				"measure finer at the peak", (double)apart);
+		rbf_warn(context, "%s: %s exceeds 1 at %d of %u incidences, most at theta %.1f phi %.1f (%.3f); %s", NAME[c], model->component[c ^ 2].present ? "reflected and transmitted light together" : "DHR",
+			count, own->mesh.bases, DEGREES * (double)rbf_polar_angle(d), fmod(DEGREES * atan2((double)d[1], (double)d[0]) + 360, 360), (double)worst, remedy);
 	}
+	return BSDFRBF_OK;
 }

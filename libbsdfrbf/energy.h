@@ -11,6 +11,7 @@ float rbf_energy_total(const bsdfrbf_model *model, int component, uint32_t base)
  * may be NULL. */
 int rbf_energy_excess(const bsdfrbf_model *model, int component, float *worst, uint32_t *base);
 
-/* One warning for each component with such incidences. */
-void rbf_energy_warn(bsdfrbf_context *context, const bsdfrbf_model *model);
+/* One warning for each component with such incidences, with what to do: a peak that samples are too coarse for has its own remedy. Errors:
+ * MEMORY. */
+bsdfrbf_status rbf_energy_warn(bsdfrbf_context *context, const bsdfrbf_model *model, const bsdfrbf_data *data);
 #endif

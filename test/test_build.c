@@ -520,10 +520,50 @@ static void excess_of_light(void **state)
 	}
 }
 
+/* A mirror's peak of one degree among samples that are 5 degrees apart, one of them at its top: what the fit makes of it is wider, and more
+ * than 1. Rings about it, which show its width, end that. */
+static void coarse_peaks(void **state)
+{
+	(void)state;
+	enum { SPIRAL = 900, RINGS = 12, AROUND = 12 };
+	static double out[SPIRAL + RINGS * AROUND + 1][3], value[SPIRAL + RINGS * AROUND + 1];
+	for (int fine = 0; fine < 2; fine++) {
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = bsdfrbf_data_new(context);
+		bsdfrbf_model *made = NULL;
+		for (int t = 0; t < 4; t++) {
+			double in[3], mirror[3];
+			polar(20 * t, 0, in);
+			polar(20 * t, 180, mirror);
+			size_t n = 0;
+			for (; n < SPIRAL; n++)
+				polar(acos(1 - ((double)n + .5) / SPIRAL) / DEGREE, 137.508 * (double)n, out[n]);
+			memcpy(out[n++], mirror, sizeof mirror);
+			for (int i = 0; i < fine * RINGS * AROUND; i++)
+				around_axis(mirror, .3 * (1 + i / AROUND) * DEGREE, 2 * RBF_PI * i / AROUND, out[n++]);
+			for (size_t i = 0; i < n; i++) {
+				const double x = out[i][0] - mirror[0], y = out[i][1] - mirror[1], z = out[i][2] - mirror[2];
+				value[i] = .01 + .9 / (2 * RBF_PI * (DEGREE * DEGREE)) * exp(-.5 * (x*x + y*y + z*z) / (DEGREE * DEGREE)) * (fine ? 1.2 : 1);
+			}
+			assert_int_equal(bsdfrbf_data_add(context, data, in, n, out[0], value, 1, BSDFRBF_QUANTITY_DSF), BSDFRBF_OK);
+		}
+		last_warning[0] = 0;
+		bsdfrbf_set_warning(context, keep_warning, NULL);
+		assert_int_equal(bsdfrbf_build(context, data, NULL, &made), BSDFRBF_OK);
+		assert_non_null(strstr(last_warning, "DHR exceeds 1"));
+		if (!strstr(last_warning, fine ? "check the measurement's scale" : "narrower than the samples are apart (5.") || !strstr(last_warning, fine ? "" : "finer at the peak"))
+			fail_msg("%s", last_warning);
+		bsdfrbf_close(made);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(excess_of_light),
+		cmocka_unit_test(coarse_peaks),
 		cmocka_unit_test(same_bytes_for_any_threads),
 		cmocka_unit_test(values_are_finite),
 		cmocka_unit_test(unusual_plans),
