@@ -3,9 +3,13 @@
 #include "neighbours.h"
 #include "vector3.h"
 
+#include <string.h>
+
 enum { INCIDENCES = 8, SAMPLES = 100, FEW = 5 }; /* that are asked, at most; samples that may be on lines */
 
-static const double WIDE = .17; /* sine: samples reach over 10 degrees of a plane */
+static const double WIDE = .17;  /* sine: samples reach over 10 degrees of a plane */
+static const double ASIDE = .09; /* sine: 5 degrees that an instrument's plane is beside the source's */
+static const double THIN = .02;  /* and what samples are off it then: noise of the device's angles */
 
 /* How many of some samples have all neighbours on one line; -1 when out of memory. */
 static int on_lines(const rbf_incidence *in)
@@ -22,26 +26,75 @@ static int on_lines(const rbf_incidence *in)
 	return found;
 }
 
-int rbf_scan_plane(const rbf_incidence *in, double normal[3])
+/* Unit normal of the plane that holds the first sample and the one that is farthest from its line. Returns the sine between these. */
+static double rough_normal(const rbf_incidence *in, double normal[3])
 {
 	const double *w = in->outgoing;
 	double square = 0;
 	normal[0] = normal[1] = normal[2] = 0;
-	for (size_t i = 1; i < in->count; i++) { /* of the first sample and the one that is farthest from its line */
+	for (size_t i = 1; i < in->count; i++) {
 		double c[3];
 		rbf_cross3(w, w + 3*i, c);
 		const double s = rbf_dot3(c, c);
 		if (s > square) {
 			square = s;
-			for (int n = 0; n < 3; n++)
-				normal[n] = c[n];
+			memcpy(normal, c, sizeof c);
 		}
 	}
-	rbf_unit3(normal);
+	return rbf_unit3(normal);
+}
+
+/* Turns a plane's normal to where the samples are nearest to the plane, or, with an offset, to one beside it: least squares of what they are off by
+ * in what they are along two axes of the plane, and 1. Returns the offset. */
+static double fit_plane(const rbf_incidence *in, int with_offset, double normal[3])
+{
+	double along[3] = {0}, across[3], row[3][3] = {{0}}, off[3] = {0}, solution[3], c[3];
+	along[fabs(normal[0]) < .7 ? 0 : 1] = 1;
+	rbf_cross3(normal, along, across);
+	rbf_unit3(across);
+	rbf_cross3(across, normal, along);
+	for (size_t i = 0; i < in->count; i++) {
+		const double *w = in->outgoing + 3*i, a[3] = {rbf_dot3(along, w), rbf_dot3(across, w), with_offset};
+		for (int n = 0; n < 3; n++) {
+			for (int m = 0; m < 3; m++)
+				row[n][m] += a[n] * a[m];
+			off[n] += a[n] * rbf_dot3(normal, w);
+		}
+	}
+	row[2][2] += !with_offset;
+	rbf_cross3(row[1], row[2], c);
+	const double determinant = rbf_dot3(row[0], c);
+	if (!(determinant > 1e-9 * row[0][0] * row[1][1] * row[2][2]))
+		return 0;
+	for (int n = 0; n < 3; n++) { /* the matrix is symmetric: its rows are its columns */
+		rbf_cross3(row[(n + 1) % 3], row[(n + 2) % 3], c);
+		solution[n] = rbf_dot3(off, c) / determinant;
+	}
+	for (int n = 0; n < 3; n++)
+		normal[n] -= solution[0] * along[n] + solution[1] * across[n];
+	return solution[2] / rbf_unit3(normal);
+}
+
+/* The most that samples are off a plane at an offset. */
+static double farthest_off(const rbf_incidence *in, const double normal[3], double offset)
+{
+	double most = 0;
 	for (size_t i = 0; i < in->count; i++)
-		if (fabs(rbf_dot3(normal, w + 3*i)) > RBF_SCAN_FLAT)
-			return 0;
-	return square > WIDE * WIDE;
+		most = fmax(most, fabs(rbf_dot3(normal, in->outgoing + 3*i) - offset));
+	return most;
+}
+
+int rbf_scan_plane(const rbf_incidence *in, double normal[3])
+{
+	double beside[3];
+	if (!(rough_normal(in, normal) > WIDE))
+		return 0;
+	fit_plane(in, 0, normal);
+	if (farthest_off(in, normal, 0) <= RBF_SCAN_FLAT)
+		return 1;
+	memcpy(beside, normal, sizeof beside);
+	const double offset = fit_plane(in, 1, beside);
+	return fabs(offset) < ASIDE && farthest_off(in, beside, offset) < THIN;
 }
 
 int rbf_scan_lines(const rbf_measured *measured, int *lines)

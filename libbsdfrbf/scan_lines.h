@@ -9,6 +9,7 @@ int rbf_scan_lines(const rbf_measured *measured, int *lines);
 
 #define RBF_SCAN_FLAT .05 /* sine: samples in a plane are 3 degrees off it at most */
 
-/* Whether all samples lie in one plane through the origin, by 3 degrees; unit normal of it. */
+/* Whether all samples lie in one plane through the origin, by 3 degrees, or, by 1 degree, in one up to 5 degrees beside it, as with an instrument or
+ * a sample out of line; unit normal of the plane through the origin that is nearest to them. */
 int rbf_scan_plane(const rbf_incidence *incidence, double normal[3]);
 #endif

@@ -314,6 +314,42 @@ static void one_plane(void **state)
 	}
 }
 
+/* Directions along an arc that is aside of a plane through the normal, degrees, and off the arc by turns. */
+static size_t arc_aside(double azimuth, double aside, double off, double from, size_t count, double out[][3])
+{
+	for (int at = -80; at <= 80; at += 2) {
+		const double s = sin((aside + (at % 4 ? off : -off)) * DEGREE), c = sqrt(1 - s*s);
+		const double x = c * sin(at * DEGREE), turn = azimuth * DEGREE;
+		if (at < from)
+			continue;
+		out[count][0] = x * cos(turn) - s * sin(turn);
+		out[count][1] = x * sin(turn) + s * cos(turn);
+		out[count++][2] = c * cos(at * DEGREE);
+	}
+	return count;
+}
+
+/* Samples of one plane, though the device's or the sample's is out of line; others are not taken for one. */
+static void planes_are_told(void **state)
+{
+	(void)state;
+	static double out[400][3];
+	static const struct { double azimuth, aside, off, from; int second, plane; } c[] = {
+		{0, 0, 0, -90, 0, 1}, {4, 0, .5, -90, 0, 1}, {70, 4, 0, -90, 0, 1}, {0, -4, .7, -90, 0, 1}, {0, 4, .5, 20, 0, 1}, {0, 0, 2.5, -90, 0, 1},
+		{0, 8, 0, -90, 0, 0}, {0, 4, 2, -90, 0, 0}, {0, 4, 0, -90, 1, 0}, {0, 0, 4, -90, 0, 0}, {0, 20, 4, 20, 1, 0}};
+	for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
+		double normal[3];
+		size_t count = arc_aside(c[i].azimuth, c[i].aside, c[i].off, c[i].from, 0, out);
+		if (c[i].second)
+			count = arc_aside(c[i].azimuth, -c[i].aside, c[i].off, c[i].from, count, out);
+		const rbf_incidence in = {.count = count, .outgoing = out[0]};
+		if (rbf_scan_plane(&in, normal) != c[i].plane)
+			fail_msg("case %zu is %sa plane", i, c[i].plane ? "" : "not ");
+		if (c[i].plane && !(fabs(cos(c[i].azimuth * DEGREE) * normal[0] + sin(c[i].azimuth * DEGREE) * normal[1]) < .08 && fabs(normal[2]) < .12))
+			fail_msg("case %zu: normal %g %g %g", i, normal[0], normal[1], normal[2]);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -324,6 +360,7 @@ int main(void)
 		cmocka_unit_test(gaps_are_bridged),
 		cmocka_unit_test(scan_lines),
 		cmocka_unit_test(one_plane),
+		cmocka_unit_test(planes_are_told),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
