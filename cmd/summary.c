@@ -39,11 +39,31 @@ static void look(const bsdfrbf_samples *s, double *source, double *grazing, doub
 	*spacing = 180 / PI * sqrt(2 * PI / (double)(s->count ? s->count : 1));
 }
 
+/* What was not measured, and what came of it. All degrees: the gap around the source, the most grazing exitance, the samples' spacing.
+ * flat: of so many incidences, those that were measured in one plane. */
+static void print_holes(int reflects, double gap, double edge, double step, size_t flat, size_t count, const bsdfrbf_component_info *info)
+{
+	const int hole = reflects && gap > WIDE * step, cut = 90 - edge > WIDE * step;
+	fprintf(stderr, "    holes: ");
+	if (flat == count) {
+		fprintf(stderr, "all but one plane of exitance; %s\n", info->symmetry == 'I' ? "guessed beside it as along it"
+			: info->filled > 0 ? "filled from the incidences around" : "dark beside it");
+		return;
+	}
+	if (flat)
+		fprintf(stderr, "all but one plane of exitance at %zu of %zu incidences", flat, count);
+	if (hole)
+		fprintf(stderr, "%s%.1f degrees around the source", flat ? "; " : "", gap);
+	if (cut)
+		fprintf(stderr, "%snothing beyond %.1f degrees of exitance", hole || flat ? "; " : "", edge);
+	fprintf(stderr, !hole && !cut && !flat ? "none\n" : info->filled > 0 ? "; filled from the incidences around\n" : "; filled smoothly\n");
+}
+
 static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf_component_info *info)
 {
 	const size_t count = bsdfrbf_data_incidences(data, (bsdfrbf_component)component);
 	double *list = malloc((4 * count + 1) * sizeof *list);
-	size_t used = 0;
+	size_t used = 0, flat = 0;
 	if (!list)
 		return;
 	double *const source = list, *const grazing = list + count, *const spacing = list + 2*count, *const samples = list + 3*count;
@@ -53,6 +73,7 @@ static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf
 			continue;
 		look(&s, &source[used], &grazing[used], &spacing[used]);
 		samples[used++] = (double)s.count;
+		flat += bsdfrbf_data_in_plane(data, (bsdfrbf_component)component, i) != 0;
 	}
 	fprintf(stderr, "    %d incidences to %.1f degrees", info->incidences, info->theta_max_deg);
 	if (used)
@@ -60,16 +81,8 @@ static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf
 	if (info->fit_error >= 0)
 		fprintf(stderr, "; noise and fit together %.1f %%", 100 * info->fit_error);
 	fputc('\n', stderr);
-	if (used) {
-		const double gap = middle(source, used), edge = middle(grazing, used), step = middle(spacing, used);
-		const int hole = component < BSDFRBF_TF && gap > WIDE * step, cut = 90 - edge > WIDE * step;
-		fprintf(stderr, "    holes: ");
-		if (hole)
-			fprintf(stderr, "%.1f degrees around the source", gap);
-		if (cut)
-			fprintf(stderr, "%snothing beyond %.1f degrees of exitance", hole ? "; " : "", edge);
-		fprintf(stderr, !hole && !cut ? "none\n" : info->filled > 0 ? "; filled from the incidences around\n" : "; filled smoothly\n");
-	}
+	if (used)
+		print_holes(component < BSDFRBF_TF, middle(source, used), middle(grazing, used), middle(spacing, used), flat, used, info);
 	free(list);
 }
 

@@ -151,6 +151,10 @@ typedef struct bsdfrbf_samples {
 BSDFRBF_API bsdfrbf_status bsdfrbf_data_get(const bsdfrbf_data *data, bsdfrbf_component component, size_t index,
 	bsdfrbf_samples *samples);
 
+/* 1: all samples of that incident direction lie in one plane, as one scan of an instrument's arm gives them; what lies beside it was not
+ * measured. 0: they do not, or there is no such incidence. */
+BSDFRBF_API int bsdfrbf_data_in_plane(const bsdfrbf_data *data, bsdfrbf_component component, size_t index);
+
 /* Turns the sample front to back about its vertical (y) axis, as for one that was mounted the other way round:
  * front and back change places and left becomes right; up stays up. */
 BSDFRBF_API void bsdfrbf_data_reverse(bsdfrbf_data *data);

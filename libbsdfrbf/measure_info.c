@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Measurements read back, for reports and tools. */
-#include "measure.h"
+#include "scan_lines.h"
 
 #include <string.h>
 
@@ -24,4 +24,10 @@ bsdfrbf_status bsdfrbf_data_get(const bsdfrbf_data *data, bsdfrbf_component comp
 	samples->outgoing = incidence->outgoing;
 	samples->dsf = incidence->dsf;
 	return BSDFRBF_OK;
+}
+
+int bsdfrbf_data_in_plane(const bsdfrbf_data *data, bsdfrbf_component component, size_t index)
+{
+	double normal[3];
+	return index < bsdfrbf_data_incidences(data, component) && rbf_scan_plane(data->component[component].incidence + index, normal);
 }

@@ -110,6 +110,16 @@ works threads "$bin/mkrbf" -n 1 -o one.rbf "${good[@]}"
 works threads "$bin/mkrbf" -n3 -o three.rbf -- "${good[@]}"
 cmp -s one.rbf three.rbf || no threads "-n 1 and -n 3 give different files"
 
+# samples in the plane of incidence alone, at all incidences and at some
+mkdir plane
+for file in "${good[@]}"; do
+	awk '/^#/ {print; next} $2 == 0 || $2 == 180' $file >plane/$file
+done
+works "one plane" "$bin/mkrbf" -o plane.rbf plane/*.txt
+grep -q '^    holes: all but one plane of exitance; guessed beside it' err || no "one plane" "$(cat err)"
+works "one plane of some" "$bin/mkrbf" -o plane.rbf in0.txt plane/in20.txt in40.txt in60.txt
+grep -q '^    holes: all but one plane of exitance at 1 of 4 incidences;' err || no "one plane of some" "$(cat err)"
+
 # ------------------------------------------------- spellings with the same meaning
 same_as_plain() {
 	works "$1" "$bin/mkrbf" -q -o other.rbf in0.txt other.txt in40.txt in60.txt
