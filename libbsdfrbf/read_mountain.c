@@ -201,6 +201,14 @@ static bsdfrbf_status header_line(const rbf_text *text, const char *start, heade
 	return BSDFRBF_OK;
 }
 
+/* A line of text among rows, as other programs' comments or names of columns. */
+static bsdfrbf_status refuse_words(const rbf_text *text, rbf_word word, int known)
+{
+	char shown[48];
+	return rbf_text_fail(text, text->number, BSDFRBF_ERR_SYNTAX, "the line begins with '%s': not a number, and not with #, as lines of the header and "
+		"comments do%s", rbf_word_show(word, shown), known ? "" : "; not a Mountain file as pabopto2bsdf(1) describes it, nor Zemax tabular BSDF");
+}
+
 /* Is everything there that rows need? Sets the incident direction. */
 static bsdfrbf_status header_done(const rbf_text *text, header *h, rbf_gather *gather)
 {
@@ -230,6 +238,8 @@ static bsdfrbf_status row(const rbf_text *text, header *h, rbf_gather *gather, c
 	double number[MAX_COLUMNS];
 	char shown[48];
 
+	if (rbf_word_number(word[0], &number[0]) == RBF_NUMBER_NONE)
+		return refuse_words(text, word[0], 1);
 	for (size_t i = 0; i < count; i++)
 		RBF_TRY(rbf_text_number(text, word[i], i == (size_t)h->phi_first ? "theta" : i < 2 ? "phi" :
 			h->channels == 3 && i < 5 ? colour[i - 2] : "value", &number[i]));
@@ -281,7 +291,10 @@ static bsdfrbf_status read_all(rbf_text *text, header *h, rbf_gather *gather, si
 			continue;
 		}
 		if (!first_row) {
+			double ignored;
 			first_row = text->number;
+			if (rbf_word_number(word[0], &ignored) == RBF_NUMBER_NONE)
+				return refuse_words(text, word[0], h->format_line && h->number_line[IN_THETA] && h->number_line[IN_PHI]);
 			RBF_TRY(header_done(text, h, gather));
 		}
 		RBF_TRY(row(text, h, gather, word, count));
@@ -304,7 +317,8 @@ static void warn_oddities(const rbf_text *text, const header *h, const rbf_gathe
 		rbf_warn(text->context, "%s:%zu: #format says B%cDF, but all samples are on the %s side",
 			text->name, h->format_line, h->claim, reflected ? "reflected" : "transmitted");
 	if (reflected + transmitted < FEW_SAMPLES)
-		rbf_warn(text->context, "%s: only %zu samples off the horizon", text->name, reflected + transmitted);
+		rbf_warn(text->context, "%s: only %zu sample%s off the horizon", text->name, reflected + transmitted,
+			reflected + transmitted > 1 ? "s" : "");
 	if (rows >= 100 && h->largest[0] < 3.2 && h->largest[1] < 6.4 && fabs(h->number[IN_THETA]) < 3.2)
 		rbf_warn(text->context, "%s: no theta exceeds 3.2 and no phi 6.4: are the angles in radians? "
 			"They are taken as degrees", text->name);

@@ -262,7 +262,7 @@ def cases():
     add(kind, 'two incidences in a file', changed(lambda x: x + '#intheta 45\n10 0 1\n'), 'refused', r'in20.txt:\d+: .*differs from the one in line 3.*split')
     add(kind, 'header behind the first row', changed(lambda x: x + '#upphi 90\n10 0 1\n'), 'refused', r'in20.txt:\d+: .*before the rows')
     add(kind, 'fewer rows than announced', changed(lambda x: '#datapoints_in_file: 9999\n' + x), 'works', warns=r'in20.txt:1: .*complete\?')
-    add(kind, 'titles of columns', changed(lambda x: x.replace('#inphi 0\n', '#inphi 0\ntheta phi value\n')), 'refused', r"in20.txt:5: theta is 'theta'")
+    add(kind, 'titles of columns', changed(lambda x: x.replace('#inphi 0\n', '#inphi 0\ntheta phi value\n')), 'refused', r"in20.txt:5: the line begins with 'theta'")
     add(kind, 'unknown colours', changed(lambda x: '#colorimetry: RGB\n' + x), 'refused', r'in20.txt:1: .*CIE-XYZ')
     add(kind, 'colour in one file alone', changed(lambda x: '#colorimetry: CIE-XYZ\n' + '\n'.join(
         r if r.startswith('#') or not r else r + ' 1 1' for r in x.split('\n'))), 'refused', r'separately')

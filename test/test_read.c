@@ -204,6 +204,10 @@ static void negative_theta(void **state)
 static void both_sides_in_one_file(void **state)
 {
 	fixture *f = *state;
+	accept(f, HEAD "0 0 1\n");
+	assert_string_equal(strrchr(f->warning, ':'), ": only 1 sample off the horizon");
+	bsdfrbf_data_free(f->data);
+	f->data = bsdfrbf_data_new(f->context);
 	accept(f, HEAD "10 0 2\n170 0 3\n90 0 4\n89.999 0 5\n");
 	near_vector(only(f, BSDFRBF_RF)->outgoing, sin(M_PI / 18), 0, cos(M_PI / 18));
 	near_vector(only(f, BSDFRBF_TF)->outgoing, sin(M_PI / 18), 0, cos(M_PI / 18));
@@ -343,7 +347,10 @@ static void refusals(void **state)
 		{HEAD "-181 0 1\n", "in.dat:5: theta is '-181': outside -180 to 180 degrees", BSDFRBF_ERR_DATA},
 		{HEAD "181 0 1\n", "theta is '181'", BSDFRBF_ERR_DATA},
 		{HEAD "10 4000 1\n", "phi is '4000'", BSDFRBF_ERR_DATA},
-		{HEAD "theta phi value\n" ROWS, "in.dat:5: theta is 'theta': not a number", BSDFRBF_ERR_SYNTAX},
+		{HEAD "theta phi value\n" ROWS, "in.dat:5: the line begins with 'theta': not a number, and not with #", BSDFRBF_ERR_SYNTAX},
+		{HEAD "0 0 1\n-- pause\n" ROWS, "in.dat:6: the line begins with '--': not a number, and not with #", BSDFRBF_ERR_SYNTAX},
+		{"% ours\n" HEAD ROWS, "in.dat:1: the line begins with '%': not a number, and not with #", BSDFRBF_ERR_SYNTAX},
+		{HEAD "0 x 1\n", "in.dat:5: phi is 'x': not a number", BSDFRBF_ERR_SYNTAX},
 		{HEAD "90 0 1\n90 10 1\n", "all samples lie on the horizon", BSDFRBF_ERR_DATA},
 		{"#format: theta phi DSF\n#incident_angle 90 0\n" ROWS, "in.dat:2: incident theta of 90", BSDFRBF_ERR_DATA},
 		{"#format: theta phi DSF\n#incident_angle -190 0\n" ROWS, "in.dat:2: incident theta is outside", BSDFRBF_ERR_DATA},
