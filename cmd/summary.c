@@ -75,7 +75,7 @@ static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf
 		samples[used++] = (double)s.count;
 		flat += bsdfrbf_data_in_plane(data, (bsdfrbf_component)component, i) != 0;
 	}
-	fprintf(stderr, "    %d incidences to %.1f degrees", info->incidences, info->theta_max_deg);
+	fprintf(stderr, "    %d incidence%s to %.1f degrees", info->incidences, info->incidences == 1 ? "" : "s", info->theta_max_deg);
 	if (used)
 		fprintf(stderr, ", %.0f samples each", middle(samples, used));
 	if (info->fit_error >= 0)
@@ -123,6 +123,9 @@ void summary_warn(const bsdfrbf_model *model)
 		bsdfrbf_component_info info;
 		if (bsdfrbf_get_component_info(model, (bsdfrbf_component)c, &info) != BSDFRBF_OK)
 			continue;
+		if (info.incidences == 1)
+			cmd_say("warning - %s: a single incidence was measured; what light from elsewhere does is a guess: measure others",
+				summary_name[c]);
 		if (info.loo_error > .5)
 			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
 				"measured ones, or measure more of them", summary_name[c], 100 * info.loo_error);

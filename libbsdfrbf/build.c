@@ -133,7 +133,7 @@ static void tell_scale(bsdfrbf_context *context, const char *name, const rbf_job
 			continue;
 		rbf_job_angles(j->direction + 3*b, &theta, &phi);
 		rbf_warn(context, "%s: incidence theta %.1f phi %.1f sends %.*f times the light that those around it tell; it is kept as measured: check "
-			"its scale, or measure it again", name, theta, phi, times < .095 ? 3 : times < 9.5 ? 1 + (times < .95) : 0, times);
+			"its scale, measure it again, or leave it out", name, theta, phi, times < .095 ? 3 : times < 9.5 ? 1 + (times < .95) : 0, times);
 	}
 }
 

@@ -6,6 +6,8 @@
 
 #define DEGREES (180 / RBF_PI)
 
+static const float MANIFOLD = 5; /* times too much: another unit, not a bad calibration */
+
 static const char *const NAME[4] = {"front reflection (rf)", "back reflection (rb)", "front transmission (tf)", "back transmission (tb)"};
 
 float rbf_energy_total(const bsdfrbf_model *model, int component, uint32_t base)
@@ -69,6 +71,9 @@ bsdfrbf_status rbf_energy_warn(bsdfrbf_context *context, const bsdfrbf_model *mo
 		const float *d = own->base_info[base].direction;
 		float apart = 0;
 		char remedy[160] = "it is kept as measured: check the measurement's scale";
+		if (worst > MANIFOLD)
+			snprintf(remedy, sizeof remedy, "it is kept as measured: are the values per cent, or counts of the device? BSDF is per sr, a perfect "
+				"diffuser's 1/pi");
 		const int guess = is_guess(model, data, c, d, worst - 1, &apart);
 		if (guess < 0)
 			return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");

@@ -110,6 +110,18 @@ works threads "$bin/mkrbf" -n 1 -o one.rbf "${good[@]}"
 works threads "$bin/mkrbf" -n3 -o three.rbf -- "${good[@]}"
 cmp -s one.rbf three.rbf || no threads "-n 1 and -n 3 give different files"
 
+# what a user hears of doubtful measurements
+mkdir percent
+for file in "${good[@]}"; do
+	awk '/^#/ {print; next} {print $1, $2, 100 * $3}' $file >percent/$file
+done
+works "per cent" "$bin/mkrbf" -o percent.rbf percent/*.txt
+grep -q 'exceeds 1 at 4 of 4 .*are the values per cent' err || no "per cent" "$(cat err)"
+works "one incidence" "$bin/mkrbf" -o single.rbf in0.txt
+grep -q 'warning - rf: a single incidence was measured' err && grep -q '^    1 incidence to' err || no "one incidence" "$(cat err)"
+works "an incidence of another scale" "$bin/mkrbf" -o odd.rbf in0.txt percent/in20.txt in40.txt in60.txt
+grep -q 'theta 20.0 phi 0.0 sends .* or leave it out' err || no "an incidence of another scale" "$(cat err)"
+
 # samples in the plane of incidence alone, at all incidences and at some
 mkdir plane
 for file in "${good[@]}"; do
