@@ -8,6 +8,7 @@
 #include "energy.h"
 #include "expect.h"
 #include "fit.h"
+#include "grey.h"
 #include "isotropy.h"
 #include "job.h"
 #include "levels.h"
@@ -179,11 +180,10 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 	return status;
 }
 
-/* Chooses frames as if all incidences had been measured at one scale. */
-static bsdfrbf_status choose_frames(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+/* Chooses frames of grey fits, as if all incidences had been measured at one scale. */
+static bsdfrbf_status choose_scaled(bsdfrbf_context *context, double from, double to, float lambertian, int renew, rbf_job *j)
 {
 	rbf_fitted *m = &j->fitted;
-	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
 	free(j->scale);
 	j->scale = malloc(((size_t)m->bases + 1) * sizeof *j->scale);
 	const int found = j->scale ? rbf_scale_find(m, lambertian, j->scale) : -1;
@@ -191,19 +191,28 @@ static bsdfrbf_status choose_frames(bsdfrbf_context *context, double from, doubl
 		free(j->scale);
 		j->scale = NULL;
 	}
-	if (found < 0)
-		return out_of_memory(context);
-	if (!found)
-		return rbf_choose(context, m, lambertian, j->held_out, from, to, &j->choice);
-	rbf_scale_lobes(m, j->scale, 0);
-	if (rbf_label_renew(m, m->candidates))
+	if (found > 0)
+		rbf_scale_lobes(m, j->scale, 0);
+	if (found < 0 || ((renew || found) && rbf_label_renew(m, m->candidates)))
 		return out_of_memory(context);
 	RBF_TRY(rbf_choose(context, m, lambertian, j->held_out, from, to, &j->choice));
+	if (!found)
+		return BSDFRBF_OK;
 	rbf_scale_lobes(m, j->scale, 1);
 	for (uint32_t b = 0; b < m->bases; b++)
 		if (j->choice.base_error[b] >= 0)
 			j->choice.base_error[b] = fmaxf(j->choice.base_error[b], fabsf(1 / j->scale[b] - 1));
 	return BSDFRBF_OK;
+}
+
+static bsdfrbf_status choose_frames(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+{
+	rbf_grey grey;
+	if (rbf_grey_begin(&j->fitted, &grey))
+		return out_of_memory(context);
+	const bsdfrbf_status status = choose_scaled(context, from, to, rbf_grey_of(&grey, c->lambertian), grey.lobes != NULL, j);
+	rbf_grey_end(&j->fitted, &grey);
+	return status;
 }
 
 /* Fits anew what was filled. */

@@ -12,8 +12,8 @@
 #include "model_fixture.h"
 #include "network.h"
 
-/* L1 over incidences at each theta, and at azimuths half way between those that are phi_step apart. */
-static double error_between(const bsdfrbf_model *m, bsdf *f, double phi_step, int thetas, const double theta[])
+/* L1 of a channel over incidences at each theta, and at azimuths half way between those that are phi_step apart. */
+static double error_of(const bsdfrbf_model *m, bsdf *f, double phi_step, int thetas, const double theta[], int channel)
 {
 	double difference = 0, total = 0;
 	for (int q = 0; q < 200 * 20; q++) {
@@ -25,11 +25,16 @@ static double error_between(const bsdfrbf_model *m, bsdf *f, double phi_step, in
 		const float i[3] = {(float)in[0], (float)in[1], (float)in[2]}, o[3] = {(float)out[0], (float)out[1], (float)out[2]};
 		f(in, out, truth);
 		bsdfrbf_eval(m, i, o, value);
-		difference += fabs((double)value[0] - truth[0]);
-		total += truth[0];
+		difference += fabs((double)value[channel] - truth[channel]);
+		total += truth[channel];
 	}
 	print_message("L1 %.4f\n", difference / total);
 	return difference / total;
+}
+
+static double error_between(const bsdfrbf_model *m, bsdf *f, double phi_step, int thetas, const double theta[])
+{
+	return error_of(m, f, phi_step, thetas, theta, 0);
 }
 
 /* No map of the list follows grooves that are turned: one is learned. */
@@ -105,6 +110,26 @@ static void halves_are_alike(void **state)
 			fail_msg("half %d: wrong between the measured incidences", n);
 		bsdfrbf_close(m);
 	}
+}
+
+/* Mirrored, but for blue, which goes back to the source. */
+static void split_by_colour(const double in[3], const double out[3], double xyz[3])
+{
+	const double z = out[2] - in[2], x = out[0] + in[0], y = out[1] + in[1], back_x = out[0] - in[0], back_y = out[1] - in[1];
+	xyz[0] = xyz[1] = .02 + exp(-60 * (x*x + y*y + z*z));
+	xyz[2] = .02 + exp(-60 * (back_x*back_x + back_y*back_y + z*z));
+}
+
+/* Where luminance has no beam, another channel's is followed none the less. */
+static void colours_have_frames(void **state)
+{
+	(void)state;
+	static const plan p = {"split", 6, 4, {0, 15, 30, 45, 60, 75}, 0, 30, 60};
+	bsdfrbf_model *m = fixture_build_of(&p, split_by_colour, NULL, 0, 3);
+	for (int n = 0; n < 3; n++)
+		if (!(error_of(m, split_by_colour, 30, 4, (const double[4]){22, 37, 52, 67}, n) < .02))
+			fail_msg("channel %d: wrong between the measured incidences", n);
+	bsdfrbf_close(m);
 }
 
 /* A gloss that rises as Fresnel's reflectance does. */
@@ -338,6 +363,7 @@ int main(void)
 		cmocka_unit_test(a_beam_is_learned),
 		cmocka_unit_test(beams_are_learned_together),
 		cmocka_unit_test(halves_are_alike),
+		cmocka_unit_test(colours_have_frames),
 		cmocka_unit_test(levels_are_evened),
 		cmocka_unit_test(the_other_plane),
 		cmocka_unit_test(shares_are_limited),
