@@ -154,5 +154,5 @@ int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)
 	memcpy(other->measured.incidence, j->measured.incidence, count * sizeof *j->measured.incidence);
 	memcpy(other->direction, j->direction, 3 * count * sizeof *j->direction);
 	other->turned = own;
-	return own ? rbf_turn(&other->measured, channels, other->direction) : 0;
+	return own ? rbf_turned_copy(&other->measured, channels) : 0;
 }

@@ -9,39 +9,53 @@
 
 static const double SAME = .05 * RBF_PI / 180; /* polar angles: a plan's at other azimuths, as far as devices repeat them */
 
-int rbf_turn(rbf_measured *measured, int channels, double *direction)
+/* By an azimuth with that cosine and sine, back. */
+static void turn(double d[3], double c, double q)
+{
+	const double x = d[0], y = d[1];
+	d[0] = c * x + q * y;
+	d[1] = c * y - q * x;
+}
+
+int rbf_turned_copy(rbf_measured *measured, int channels)
 {
 	int failed = 0;
 	for (size_t b = 0; b < measured->count; b++) {
 		rbf_incidence *in = &measured->incidence[b];
-		const double s = hypot(in->direction[0], in->direction[1]);
-		const double c = s > 0 ? in->direction[0] / s : 1, q = s > 0 ? in->direction[1] / s : 0;
-		const double *from = in->outgoing;
-		const rbf_ready_lobe *ready = in->lobe;
 		const size_t values = in->count * (size_t)channels;
 		double *outgoing = malloc((in->count + 1) * 3 * sizeof *outgoing);
 		float *dsf = malloc((values + 1) * sizeof *dsf);
 		rbf_ready_lobe *lobe = malloc((in->lobes + 1) * sizeof *lobe);
 		failed |= !outgoing || !dsf || !lobe;
-		for (size_t i = 0; i < in->count && !failed; i++) {
-			outgoing[3*i] = c * from[3*i] + q * from[3*i + 1];
-			outgoing[3*i + 1] = c * from[3*i + 1] - q * from[3*i];
-			outgoing[3*i + 2] = from[3*i + 2];
-		}
+		if (in->count && !failed)
+			memcpy(outgoing, in->outgoing, 3 * in->count * sizeof *outgoing);
 		if (values && !failed)
 			memcpy(dsf, in->dsf, values * sizeof *dsf);
-		for (size_t i = 0; i < in->lobes && !failed; i++) {
-			lobe[i] = ready[i];
-			lobe[i].centre[0] = c * ready[i].centre[0] + q * ready[i].centre[1];
-			lobe[i].centre[1] = c * ready[i].centre[1] - q * ready[i].centre[0];
-		}
+		if (in->lobes && !failed)
+			memcpy(lobe, in->lobe, in->lobes * sizeof *lobe);
 		in->outgoing = outgoing;
 		in->dsf = dsf;
 		in->lobe = lobe;
+	}
+	return failed ? -1 : 0;
+}
+
+int rbf_turn(rbf_measured *measured, int channels, double *direction)
+{
+	if (rbf_turned_copy(measured, channels))
+		return -1;
+	for (size_t b = 0; b < measured->count; b++) {
+		rbf_incidence *in = &measured->incidence[b];
+		const double s = hypot(in->direction[0], in->direction[1]);
+		const double c = s > 0 ? in->direction[0] / s : 1, q = s > 0 ? in->direction[1] / s : 0;
+		for (size_t i = 0; i < in->count; i++)
+			turn(in->outgoing + 3*i, c, q);
+		for (size_t i = 0; i < in->lobes; i++)
+			turn(in->lobe[i].centre, c, q);
 		in->direction[0] = direction[3*b] = s;
 		in->direction[1] = direction[3*b + 1] = 0;
 	}
-	return failed ? -1 : 0;
+	return 0;
 }
 
 static void release(rbf_incidence *in)
