@@ -3,6 +3,7 @@
 #include "assemble.h"
 #include "asymmetry.h"
 #include "choose.h"
+#include "cross_planes.h"
 #include "difference.h"
 #include "edges.h"
 #include "energy.h"
@@ -30,6 +31,7 @@ static const float ISOTROPIC = .5f, OTHER_GAIN = .95f; /* of the leave-one-out e
 /* likewise, for what is guessed alike at all incidences; and for angles where facets may mirror, as what is seen too coarsely looks alike, too */
 static const float GUESS_GAIN = .8f, ANGLES_GAIN = .7f;
 static const float GUESS = .15f; /* of the difference between two guesses */
+static const double CROSS_MOST = .5; /* of all light, that planes of incidence are from what others at their azimuth tell: as much is dark else */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
 enum { FILL_ROUNDS = 2 };
@@ -322,6 +324,58 @@ static bsdfrbf_status try_guess(bsdfrbf_context *context, const char *name, int 
 	return status;
 }
 
+/* By what planes of incidence at the same azimuth have in common: the best of all ways, and the next. Sets *error to that of the best. Returns 0, or -1 when out of
+ * memory. */
+static int rank_cross(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by[2], double *error)
+{
+	double of[RBF_CROSSES];
+	by[0] = by[1] = RBF_CROSSES;
+	for (enum rbf_cross way = 0; way < RBF_CROSSES; way++) {
+		if (rbf_cross_planes_error(measured, plan, way, &of[way]))
+			return -1;
+		for (int n = 0; n < 2; n++)
+			if (by[n] == RBF_CROSSES || of[way] < of[by[n]]) {
+				by[1] = n ? way : by[0];
+				by[0] = n ? by[0] : way;
+				break;
+			}
+	}
+	*error = of[by[0]];
+	return 0;
+}
+
+/* Of a material that is not isotropic, what lies beside the plane of incidence is guessed from planes at other azimuths. The second best guess tells how far it may
+ * be wrong; by leaving out incidences, which it fills alike, it might look better. */
+static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
+	rbf_component *c)
+{
+	float measured[3], kept[3];
+	double error;
+	enum rbf_cross by[2];
+	bsdfrbf_status status = BSDFRBF_OK;
+	const rbf_cross_plan plan = {channels, j->transmits, j->symmetry.symmetry, measured};
+	memcpy(measured, c->lambertian, sizeof measured);
+	if (rank_cross(&j->measured, &plan, by, &error))
+		return out_of_memory(context);
+	for (int n = 0; n < 2 && (n ? has_guesses(j) : error < CROSS_MOST) && status == BSDFRBF_OK; n++) {
+		rbf_job other;
+		memcpy(kept, c->lambertian, sizeof kept); /* fits set it */
+		if (rbf_job_copy(j, channels, 1, &other) || rbf_cross_planes_complete(&other.measured, &plan, by[n]))
+			status = out_of_memory(context);
+		else if (has_guesses(&other))
+			status = n ? rbf_job_fit(context, name, channels, lobes, from, &other, c)
+				: try_other(context, name, channels, lobes, from, to, GUESS_GAIN, j, &other, c);
+		if (n || !has_guesses(j))
+			memcpy(c->lambertian, kept, sizeof kept);
+		if (status == BSDFRBF_OK && n && has_guesses(&other) && doubt_guess(j, &other, c))
+			status = out_of_memory(context);
+		rbf_job_free(&other);
+	}
+	if (status == BSDFRBF_OK && !has_guesses(j))
+		rbf_warn(context, "%s: planes of incidence do not tell what planes at other azimuths are like: what lies beside them stays dark", name);
+	return status;
+}
+
 /* Where samples were taken along lines, whether it is smooth or dark between these, and whether other incidences tell, is told by how well each way
  * predicts incidences that are left out; likewise, of an isotropic material, whether light falls off as in the plane of incidence, and how. */
 static bsdfrbf_status try_others(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
@@ -335,6 +389,11 @@ static bsdfrbf_status try_others(bsdfrbf_context *context, const char *name, int
 	if (has_guesses(j)) /* by tangential components so far */
 		RBF_TRY(try_guess(context, name, channels, lobes, from, to, RBF_PLANE_ANGLES, j, c));
 	const int guess = lines && j->turned && !has_guesses(j);
+	if (!j->turned && rbf_cross_planes_only(&j->measured)) {
+		RBF_TRY(try_cross(context, name, channels, lobes, from, to, j, c));
+		if (has_guesses(j))
+			return BSDFRBF_OK;
+	}
 	for (rbf_lines way = RBF_LINES_BRIDGED; way <= RBF_LINES_FILLED && lines; way++) {
 		rbf_job other;
 		bsdfrbf_status status = rbf_job_copy(j, channels, 0, &other) ? out_of_memory(context) : BSDFRBF_OK;

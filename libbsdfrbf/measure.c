@@ -427,7 +427,7 @@ bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data
 				"the fit will be poor there", rbf_component_name(c), FEW_SAMPLES, few, measured->count, first_few);
 		if (flat)
 			rbf_warn(context, "%s: all samples are in one plane at %zu of %zu incidences, the first at %s (degrees): what lies beside it "
-				"is guessed if the material is isotropic, else dark, and so is DHR; measure other planes", rbf_component_name(c), flat, measured->count, first_flat);
+				"is guessed if the material is isotropic, or planes at other azimuths tell, else dark, and so is DHR; measure other planes", rbf_component_name(c), flat, measured->count, first_flat);
 		/* theta beyond 90 by a slip of the operator puts one file of many on the other side */
 		const size_t other = data->component[c ^ 1].count;
 		if (measured->count == 1 && other >= 3) {

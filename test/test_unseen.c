@@ -350,6 +350,60 @@ static void planes_are_told(void **state)
 	}
 }
 
+/* Brushed, askew: mirroring facets, with axes at 20 degrees. */
+static void brushed(const double in[3], const double out[3], double xyz[3])
+{
+	const double c = cos(20 * DEGREE), s = sin(20 * DEGREE), z = in[2] + out[2], x = (in[0] + out[0]) / z, y = (in[1] + out[1]) / z;
+	const double along = c * x + s * y, across = c * y - s * x;
+	xyz[0] = xyz[1] = xyz[2] = .02 + exp(-.5 * (along * along / (.2 * .2) + across * across / (.08 * .08))) / fmax(in[2] * out[2], .02);
+}
+
+/* A weave that blurs tangential components. */
+static void woven(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = in[0] + out[0], y = in[1] + out[1];
+	xyz[0] = xyz[1] = xyz[2] = .01 + exp(-.5 * (x * x / (.05 * .05) + y * y / (.2 * .2))) + .5 * exp(-.5 * (x * x / (.2 * .2) + y * y / (.06 * .06)));
+}
+
+/* A beam through a fixed exit, which no plane but one shows. */
+static void one_exit(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = out[0] + .8, z = out[2] - .6;
+	xyz[0] = xyz[1] = xyz[2] = .02 + (.5 + .5 * in[2]) * exp(-80 * (x*x + out[1]*out[1] + z*z));
+}
+
+/* Measured in planes of incidence alone, at several azimuths: planes at other azimuths tell what lies beside each, unless those at the same azimuth are not alike. */
+static void cross_planes(void **state)
+{
+	(void)state;
+	static double out[200][3], value[200];
+	static bsdf *const material[] = {brushed, brushed, woven, one_exit};
+	static const char *const name[] = {"brushed, each 30 degrees", "brushed, each 45", "woven", "one exit"};
+	static const int step[] = {30, 45, 15, 60}, round[] = {360, 360, 91, 360};
+	static const double most[] = {.01, .01, .05, .25};
+	for (int n = 0; n < 4; n++) {
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = bsdfrbf_data_new(context);
+		warned = 0;
+		bsdfrbf_set_warning(context, count_warning, NULL);
+		for (int theta = 0; theta <= 60; theta += 15)
+			for (int azimuth = 0; azimuth < (theta ? round[n] : 1); azimuth += step[n]) {
+				double in[3];
+				polar(theta, azimuth, in);
+				const size_t count = scan_line(material[n], in, azimuth, 1, 1, 0, out, value);
+				assert_int_equal(bsdfrbf_data_add(context, data, in, count, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
+			}
+		bsdfrbf_model *model = fixture_build_data(context, data, 0, 2);
+		const double error = error_beyond(model, material[n], 0, 37);
+		print_message("%s: %.4f\n", name[n], error);
+		assert_true(error < most[n]);
+		assert_int_equal(warned, n < 3 ? 1 : 2);
+		bsdfrbf_close(model);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -361,6 +415,7 @@ int main(void)
 		cmocka_unit_test(scan_lines),
 		cmocka_unit_test(one_plane),
 		cmocka_unit_test(planes_are_told),
+		cmocka_unit_test(cross_planes),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
