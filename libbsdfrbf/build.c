@@ -345,7 +345,7 @@ static int rank_cross(const rbf_measured *measured, const rbf_cross_plan *plan, 
 }
 
 /* Of a material that is not isotropic, what lies beside the plane of incidence is guessed from planes at other azimuths. The second best guess tells how far it may
- * be wrong; by leaving out incidences, which it fills alike, it might look better. */
+ * be wrong. Leaving out incidences is no judge of either: guesses are alike at all, and what is dark is told well by what is as dark. */
 static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
 	rbf_component *c)
 {
@@ -364,7 +364,7 @@ static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int 
 			status = out_of_memory(context);
 		else if (has_guesses(&other))
 			status = n ? rbf_job_fit(context, name, channels, lobes, from, &other, c)
-				: try_other(context, name, channels, lobes, from, to, GUESS_GAIN, j, &other, c);
+				: try_other(context, name, channels, lobes, from, to, INFINITY, j, &other, c);
 		if (n || !has_guesses(j))
 			memcpy(c->lambertian, kept, sizeof kept);
 		if (status == BSDFRBF_OK && n && has_guesses(&other) && doubt_guess(j, &other, c))
