@@ -266,6 +266,8 @@ static bsdfrbf_status fill_unseen(bsdfrbf_context *context, double from, double 
 static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, float gain,
 	rbf_job *j, rbf_job *other, rbf_component *c)
 {
+	float lambertian[3];
+	memcpy(lambertian, c->lambertian, sizeof lambertian); /* fits set it */
 	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
 	if (rbf_label_prepare(&other->fitted))
 		return out_of_memory(context);
@@ -282,7 +284,8 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 			other->turned = 0;
 			other->guess = NULL;
 		}
-	}
+	} else
+		memcpy(c->lambertian, lambertian, sizeof lambertian);
 	return BSDFRBF_OK;
 }
 
@@ -359,13 +362,13 @@ static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int 
 		return out_of_memory(context);
 	for (int n = 0; n < 2 && (n ? has_guesses(j) : error < CROSS_MOST) && status == BSDFRBF_OK; n++) {
 		rbf_job other;
-		memcpy(kept, c->lambertian, sizeof kept); /* fits set it */
+		memcpy(kept, c->lambertian, sizeof kept);
 		if (rbf_job_copy(j, channels, 1, &other) || rbf_cross_planes_complete(&other.measured, &plan, by[n]))
 			status = out_of_memory(context);
 		else if (has_guesses(&other))
 			status = n ? rbf_job_fit(context, name, channels, lobes, from, &other, c)
 				: try_other(context, name, channels, lobes, from, to, INFINITY, j, &other, c);
-		if (n || !has_guesses(j))
+		if (n)
 			memcpy(c->lambertian, kept, sizeof kept);
 		if (status == BSDFRBF_OK && n && has_guesses(&other) && doubt_guess(j, &other, c))
 			status = out_of_memory(context);
