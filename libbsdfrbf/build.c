@@ -9,7 +9,9 @@
 #include "energy.h"
 #include "expect.h"
 #include "fit.h"
+#include "folded.h"
 #include "grey.h"
+#include "images.h"
 #include "isotropy.h"
 #include "job.h"
 #include "levels.h"
@@ -217,6 +219,57 @@ static bsdfrbf_status choose_frames(bsdfrbf_context *context, double from, doubl
 	return status;
 }
 
+/* The same incidences, and their images, under a symmetry. Takes the job's place if it predicts what is left out better. */
+static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_symmetry symmetry,
+	float difference, rbf_fold *fold, rbf_job *j, rbf_job *other, rbf_component *c)
+{
+	const char *const had = j->symmetry.text;
+	const float former[3] = {c->lambertian[0], c->lambertian[1], c->lambertian[2]};
+	double error[2];
+	memset(&other->fitted.mesh, 0, sizeof other->fitted.mesh);
+	if (rbf_folded_join(symmetry, channels, &other->measured, other->direction, fold, &other->folded))
+		return out_of_memory(context);
+	rbf_symmetry_found(symmetry, &other->symmetry);
+	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
+	RBF_TRY(rbf_mesh_build(context, symmetry, other->measured.count, other->direction, NULL, &other->fitted.mesh));
+	bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? out_of_memory(context) : choose_frames(context, from, to, other, c);
+	const int better = status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)channels)], error)
+		&& error[1] < error[0];
+	if (better) {
+		rbf_warn(context, "%s: images of incidences differ from what was measured around them by %.1f %% on average, as interpolation and noise do: "
+			"taken as %s, not as %s; -s A keeps all apart", name, 100 * (double)difference, other->symmetry.text, had);
+		const rbf_job kept = *other;
+		*other = *j;
+		*j = kept;
+		c->mesh = j->fitted.mesh;
+		c->facts.asymmetry = difference;
+	} else
+		memcpy(c->lambertian, former, sizeof former);
+	rbf_mesh_free(&other->fitted.mesh);
+	return status;
+}
+
+/* What the azimuths say of the symmetry may be less than the data show: measured all round, or over half a circle. */
+static bsdfrbf_status find_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
+	rbf_component *c)
+{
+	rbf_symmetry symmetry;
+	float difference = 0;
+	if (j->turned || j->measured.ready || !(j->choice.error > 0))
+		return BSDFRBF_OK;
+	RBF_TRY(rbf_images_find(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], &j->choice, j->scatter, &symmetry, &difference));
+	if (symmetry == j->symmetry.symmetry)
+		return BSDFRBF_OK;
+	rbf_job other;
+	rbf_fold *fold = malloc((j->measured.count + 1) * sizeof *fold);
+	const int failed = rbf_job_copy(j, channels, 0, &other) || !fold;
+	const bsdfrbf_status status = failed ? out_of_memory(context)
+		: try_images(context, name, channels, lobes, from, to, symmetry, difference, fold, j, &other, c);
+	free(fold);
+	rbf_job_free(&other);
+	return status;
+}
+
 /* Fits anew what was filled. */
 static int fit_filled(const rbf_unseen *unseen, const float lambertian[3], rbf_job *j)
 {
@@ -280,7 +333,9 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 		*other = former;
 		if (handed) {
 			j->turned = former.turned;
+			j->folded = former.folded;
 			j->guess = former.guess;
+			other->folded = (rbf_measured){0};
 			other->turned = 0;
 			other->guess = NULL;
 		}
@@ -445,6 +500,8 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		RBF_TRY(find_isotropy(context, name, j, c, found));
 	if (*found && !j->turned)
 		return BSDFRBF_OK;
+	if (!symmetry)
+		RBF_TRY(find_images(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
 	RBF_TRY(fill_unseen(context, from + .6 * span, from + .8 * span, j, c));
 	RBF_TRY(try_others(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
 	c->filled = j->filled;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "job.h"
 #include "arrange.h"
+#include "difference.h"
 #include "expect.h"
 #include "fit.h"
 #include "lobe_count.h"
@@ -10,6 +11,7 @@
 #include <string.h>
 
 static const double SAME_DEG = .25;      /* incidences closer than this are one */
+static const double MOST = 2;            /* that an incidence counts */
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 
 static void free_fits(rbf_job *j)
@@ -29,6 +31,7 @@ void rbf_job_free(rbf_job *j)
 {
 	if (j->turned)
 		rbf_turned_free(&j->measured);
+	rbf_folded_free(&j->folded);
 	free_fits(j);
 	free(j->measured.incidence);
 	free(j->direction);
@@ -155,4 +158,23 @@ int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)
 	memcpy(other->direction, j->direction, 3 * count * sizeof *j->direction);
 	other->turned = own;
 	return own ? rbf_turned_copy(&other->measured, channels) : 0;
+}
+
+int rbf_job_compare(const rbf_job *j, const rbf_job *joined, const rbf_fold *fold, float lambertian, double error[2])
+{
+	uint32_t count = 0;
+	error[0] = error[1] = 0;
+	for (uint32_t b = 0; b < j->fitted.bases; b++) {
+		const double before = (double)j->choice.base_error[b], after = (double)joined->choice.base_error[fold[b].place];
+		const float x = fold[b].op & RBF_OP_X ? -1 : 1, y = fold[b].op & RBF_OP_Y ? -1 : 1, image[9] = {x, 0, 0, 0, y, 0, 0, 0, 1};
+		if (before < 0 || after < 0)
+			continue;
+		const float apart = rbf_difference(&j->fitted.lobes[b], &joined->fitted.lobes[fold[b].place], image, lambertian, 0);
+		error[0] += fmin(before, MOST);
+		error[1] += fmin(hypot(after, (double)apart), MOST);
+		count++;
+	}
+	for (int n = 0; n < 2; n++)
+		error[n] /= count ? count : 1;
+	return count > 0;
 }

@@ -2,6 +2,7 @@
 /* One component's build: its incidences, and their fits. */
 #ifndef RBF_JOB_H
 #define RBF_JOB_H
+#include "folded.h"
 #include "left_out.h"
 #include "measure.h"
 
@@ -9,6 +10,7 @@
 typedef struct rbf_job {
 	rbf_measured measured;  /* chosen incidences; samples borrowed, unless turned */
 	int turned;             /* samples are our own copies */
+	rbf_measured folded;    /* those of joined images are, in here */
 	int transmits;          /* of transmission */
 	double *direction;
 	rbf_symmetry_choice symmetry;
@@ -35,6 +37,10 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
  * any case. */
 int rbf_job_copy(const rbf_job *job, int channels, int own, rbf_job *other);
 void rbf_job_free(rbf_job *job);
+
+/* Mean leave-one-out error, before and after, of incidences that both a job and another know of that has images joined. fold: of the former's. By what joined
+ * measurements differ counts: what they have in common may be less than there is. Returns 0 if there are none. */
+int rbf_job_compare(const rbf_job *job, const rbf_job *joined, const rbf_fold *fold, float lambertian, double error[2]);
 
 static inline void rbf_job_angles(const double d[3], double *theta, double *phi)
 {

@@ -35,7 +35,18 @@ typedef struct rbf_left_out {
 /* lambertian: luminance of the Lambertian part. across: those between which an incidence lies are left out with it, so that what it is predicted
  * from lies the other way: of rings, at other azimuths. To be freed in any case. Errors: MEMORY, INTERNAL. */
 bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, int across, rbf_left_out *left_out);
+
+/* Incidences whose image by a mirror operation (mesh.h) is inside the mesh: each is told there, from what was measured around its image. None is
+ * left out. To be freed, and errors, as above. */
+bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, unsigned op, rbf_left_out *left_out);
 void rbf_left_out_free(rbf_left_out *left_out);
+
+/* How far a trial is from what it is told from. */
+typedef struct rbf_span {
+	float bend;     /* what linear interpolation errs by, but for the second derivative: sum over pairs of corners w_i w_j |e_ij|^2; < 0: no trial */
+	float squares;  /* of their errors, as far as these are independent: sum w^2 */
+} rbf_span;
+void rbf_left_out_spans(const rbf_left_out *left_out, rbf_span *span); /* [bases] */
 
 /* Labels a choice, unless it has labels, and measures its error. If `best` is given, a few trials are made first, and the others only if the choice is not
  * clearly worse there: otherwise its error is INFINITY. Opens an OpenMP region. Returns 0, or -1 when out of memory or a process gave up. */

@@ -220,6 +220,38 @@ static void isotropy_is_found(void **state)
 	}
 }
 
+/* Measured all round at azimuths that are no images of each other, a material with two mirror planes is found to have these; one that is askew has none (and what
+ * half a turn would add was measured); nor is any looked for where all are to be kept apart. */
+static void images_are_found(void **state)
+{
+	(void)state;
+	static const plan plans[] = {{"brushed", 4, 8, {0, 25, 50, 75}, 15, 45, 80}, {"askew", 4, 8, {0, 25, 50, 75}, 15, 45, 80},
+		{"brushed", 4, 8, {0, 25, 50, 75}, 15, 45, 80}};
+	static const char *const text[] = {"quadrilateral, mirrors x and y, by the data (azimuths 0 to 360", "anisotropic (azimuths",
+		"anisotropic, asked for"};
+	for (int n = 0; n < 3; n++) {
+		const struct material *material = material_find(plans[n].material);
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, &plans[n]);
+		bsdfrbf_build_options options;
+		bsdfrbf_component_info info;
+		bsdfrbf_model *m;
+		bsdfrbf_build_defaults(&options);
+		options.lobes = plans[n].lobes;
+		options.symmetry = n == 2 ? 'A' : 0;
+		last_warning[0] = 0;
+		bsdfrbf_set_warning(context, keep_warning, NULL);
+		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
+		assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+		if (strncmp(info.symmetry_text, text[n], strlen(text[n])))
+			fail_msg("%s: %s", plans[n].material, info.symmetry_text);
+		assert_int_equal(strstr(last_warning, "not as anisotropic (azimuths 0 to 360 measured); -s A keeps all apart") == NULL, n > 0);
+		bsdfrbf_close(m);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 /* Half a circle of azimuths is what a mirror image needs as well as half a turn: which of them it is, the data say. */
 static void half_a_turn_is_found(void **state)
 {
@@ -568,7 +600,7 @@ int main(void)
 		cmocka_unit_test(values_are_finite),
 		cmocka_unit_test(unusual_plans),
 		cmocka_unit_test(measured_incidences_are_met),
-		cmocka_unit_test(isotropy_is_checked), cmocka_unit_test(isotropy_is_found), cmocka_unit_test(half_a_turn_is_found),
+		cmocka_unit_test(isotropy_is_checked), cmocka_unit_test(isotropy_is_found), cmocka_unit_test(images_are_found), cmocka_unit_test(half_a_turn_is_found),
 		cmocka_unit_test(no_steps),
 		cmocka_unit_test(cut_offs_are_found),
 		cmocka_unit_test(symmetry_holds),
