@@ -137,3 +137,14 @@ int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane b
 	free(p);
 	return failed ? -1 : 0;
 }
+
+int rbf_one_plane_beside(rbf_measured *measured, int channels)
+{
+	double normal[3];
+	int failed = 0, only = !measured->ready;
+	for (size_t b = 0; b < measured->count && only; b++)
+		only = rbf_one_plane_only(&measured->incidence[b], normal);
+	for (size_t b = 0; b < measured->count && only && !failed; b++)
+		failed = rbf_one_plane_complete(&measured->incidence[b], channels, RBF_PLANE_COSINES, 0);
+	return failed;
+}

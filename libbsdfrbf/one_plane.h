@@ -17,4 +17,8 @@ int rbf_one_plane_only(const rbf_incidence *incidence, double normal[3]);
  * made from its samples in the plane of incidence, if these are many, and lie where no others are near. Arrays are realloc'ed. Returns 0, or -1
  * when out of memory. */
 int rbf_one_plane_complete(rbf_incidence *incidence, int channels, enum rbf_one_plane by, int all);
+
+/* Samples beside the plane, by tangential components, if all incidences were measured in one alone; else those that were not tell more. Returns
+ * 0, or -1 when out of memory. */
+int rbf_one_plane_beside(rbf_measured *measured, int channels);
 #endif

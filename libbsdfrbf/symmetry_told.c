@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "symmetry_told.h"
+#include "asymmetry.h"
+#include "frames.h"
+#include "images.h"
+#include "isotropy.h"
+#include "one_plane.h"
+#include "turned.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
+static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
+static const float ISOTROPIC = .5f; /* of the leave-one-out error */
+static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
+
+static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
+{
+	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+}
+
+bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
+{
+	rbf_fitted *m = &j->fitted;
+	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
+	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
+	rbf_asymmetry found, other;
+	if (rbf_asymmetry_of(m, m->symmetry, lambertian, &found))
+		return out_of_memory(context);
+	c->facts.asymmetry = found.mean;
+	if (!(found.mean > noise))
+		return BSDFRBF_OK;
+	if (j->symmetry.other != m->symmetry) {
+		if (rbf_asymmetry_of(m, j->symmetry.other, lambertian, &other))
+			return out_of_memory(context);
+		if (other.mean >= 0 && other.mean < fmaxf(noise, ASYMMETRY_LESS * found.mean)) {
+			char had[sizeof j->symmetry.text];
+			const int asked = j->symmetry.other != RBF_UP;
+			memcpy(had, j->symmetry.text, sizeof had);
+			rbf_symmetry_found(j->symmetry.other, &j->symmetry);
+			rbf_warn(context, "%s: as %s, the data differ from their images by %.0f %% on average, but by %.1f %% as %s: taken so%s", name, had,
+				100 * (double)found.mean, 100 * (double)other.mean, j->symmetry.text, asked ? "" : "; -s decides otherwise");
+			m->symmetry = j->symmetry.symmetry;
+			c->facts.asymmetry = other.mean;
+			if (!(other.mean > noise))
+				return BSDFRBF_OK;
+			found = other;
+		}
+	}
+	double theta, phi;
+	rbf_job_angles(j->direction + 3*found.base, &theta, &phi);
+	rbf_warn(context, "%s: taken as %s, but the data differ from their images by %.0f %% on average and %.0f %% at theta %.1f phi %.1f; "
+		"check the sample's orientation, or measure the other azimuths", name, j->symmetry.text,
+		100 * (double)found.mean, 100 * (double)found.worst, theta, phi);
+	return BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *j,
+	rbf_component *c)
+{
+	const int gone = rbf_turned_join(&j->measured, channels, j->direction);
+	if (gone < 0 || (gone && rbf_one_plane_beside(&j->measured, channels)))
+		return out_of_memory(context);
+	return gone ? rbf_job_fit(context, name, channels, lobes, progress, j, c) : BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *j, const rbf_component *c, int *found)
+{
+	const rbf_fitted *m = &j->fitted;
+	const float left_out = j->choice.error;
+	float error;
+	if (j->turned || j->measured.ready || !(left_out > 0))
+		return BSDFRBF_OK;
+	if (rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], ISOTROPIC * left_out, &error))
+		return out_of_memory(context);
+	if (error < 0 || error > ISOTROPIC * left_out)
+		return BSDFRBF_OK;
+	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by no more than %.1f %% on average: taken as isotropic, "
+		"not as %s; -s decides otherwise", name, 100 * (double)error, j->symmetry.text);
+	*found = 1;
+	return BSDFRBF_OK;
+}
+
+/* The same incidences, and their images, under a symmetry. Takes the job's place if it predicts what is left out better. */
+static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_symmetry symmetry,
+	float difference, rbf_fold *fold, rbf_job *j, rbf_job *other, rbf_component *c)
+{
+	const char *const had = j->symmetry.text;
+	const float former[3] = {c->lambertian[0], c->lambertian[1], c->lambertian[2]};
+	double error[2];
+	memset(&other->fitted.mesh, 0, sizeof other->fitted.mesh);
+	if (rbf_folded_join(symmetry, channels, &other->measured, other->direction, fold, &other->folded))
+		return out_of_memory(context);
+	rbf_symmetry_found(symmetry, &other->symmetry);
+	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
+	RBF_TRY(rbf_mesh_build(context, symmetry, other->measured.count, other->direction, NULL, &other->fitted.mesh));
+	bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? out_of_memory(context) : rbf_frames_choose(context, from, to, other, c);
+	const int better = status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)channels)], error)
+		&& error[1] < error[0];
+	if (better) {
+		rbf_warn(context, "%s: images of incidences differ from what was measured around them by %.1f %% on average, as interpolation and noise do: "
+			"taken as %s, not as %s; -s A keeps all apart", name, 100 * (double)difference, other->symmetry.text, had);
+		const rbf_job kept = *other;
+		*other = *j;
+		*j = kept;
+		c->mesh = j->fitted.mesh;
+		c->facts.asymmetry = difference;
+	} else
+		memcpy(c->lambertian, former, sizeof former);
+	rbf_mesh_free(&other->fitted.mesh);
+	return status;
+}
+
+bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
+	rbf_component *c)
+{
+	rbf_symmetry symmetry;
+	float difference = 0;
+	if (j->turned || j->measured.ready || !(j->choice.error > 0))
+		return BSDFRBF_OK;
+	RBF_TRY(rbf_images_find(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], &j->choice, j->scatter, &symmetry, &difference));
+	if (symmetry == j->symmetry.symmetry)
+		return BSDFRBF_OK;
+	rbf_job other;
+	rbf_fold *fold = malloc((j->measured.count + 1) * sizeof *fold);
+	const int failed = rbf_job_copy(j, channels, 0, &other) || !fold;
+	const bsdfrbf_status status = failed ? out_of_memory(context)
+		: try_images(context, name, channels, lobes, from, to, symmetry, difference, fold, j, &other, c);
+	free(fold);
+	rbf_job_free(&other);
+	return status;
+}

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A component's symmetry, as the data tell it beyond the azimuths of its scan plan. Errors of all: MEMORY, and those of rbf_job_fit() and
+ * rbf_frames_choose() where they do that again. They open OpenMP regions. */
+#ifndef RBF_SYMMETRY_TOLD_H
+#define RBF_SYMMETRY_TOLD_H
+#include "job.h"
+
+/* What the azimuths say of the symmetry, the data may contradict: then the other one that these allow is taken, if the data agree with that;
+ * else the user is told. */
+bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *job, rbf_component *component);
+
+/* Incidences of an isotropic material that were measured at several azimuths, and compared, are fitted as one. */
+bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *job,
+	rbf_component *component);
+
+/* Sets *found if other azimuths, turned about the normal, tell far more of an incidence than its neighbours do: then the material is isotropic,
+ * whatever the azimuths say. Where both tell as much, azimuths are of use: frames are learned from them. */
+bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *job, const rbf_component *component, int *found);
+
+/* What the azimuths say of the symmetry may be less than the data show: measured all round, or over half a circle. */
+bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *job,
+	rbf_component *component);
+#endif
