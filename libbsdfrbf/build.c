@@ -111,13 +111,14 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	c->present = 1;
 	if (rbf_label_prepare(&j->fitted))
 		return out_of_memory(context);
-	RBF_TRY(rbf_frames_choose(context, from + .4 * span, from + .6 * span, j, c));
+	RBF_TRY(rbf_frames_first(context, from + .4 * span, from + .6 * span, j, c));
+	if (!symmetry)
+		RBF_TRY(rbf_told_images(context, name, channels, from + .4 * span, from + .6 * span, j, c));
+	RBF_TRY(rbf_frames_rest(context, from + .4 * span, from + .6 * span, j, c));
 	if (!symmetry)
 		RBF_TRY(rbf_told_isotropic(context, name, j, c, found));
 	if (*found && !j->turned)
 		return BSDFRBF_OK;
-	if (!symmetry)
-		RBF_TRY(rbf_told_images(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
 	RBF_TRY(rbf_frames_fill(context, from + .6 * span, from + .8 * span, j, c));
 	RBF_TRY(rbf_others_try(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
 	c->filled = j->filled;

@@ -388,7 +388,8 @@ static int ask_across(bsdfrbf_context *context, const rbf_left_out *b, float lam
 	return failed;
 }
 
-static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, float lambertian, float fit_error, double from, double to, rbf_choice *choice)
+/* From the list alone, one after the other, as long as each lowers the error clearly. */
+static bsdfrbf_status choose_first(bsdfrbf_context *context, const rbf_left_out *b, double from, double to, rbf_choice *choice)
 {
 	const double step = (to - from) / (RBF_MAPS_LISTED + 3);
 	rbf_choice best = {.belief = BELIEF};
@@ -400,7 +401,6 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		*choice = best;
 		return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 	}
-	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
 	for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
 		if (!may_join(b->fitted, &best, map))
 			continue;
@@ -409,11 +409,23 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		if (rbf_progress(context, "frames", from + step * map))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
-	rbf_choice first = {.frames = 1, .frame = {best.frame[0]}, .belief = {BELIEF.sharpness, 1}}, faint = {0};
 	failed = failed || add_frames(b, &best);
 	*choice = best;
 	if (rbf_progress(context, "frames", from + step * RBF_MAPS_LISTED))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
+}
+
+/* All the rest. */
+static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, float lambertian, float fit_error, double from, double to, rbf_choice *choice)
+{
+	const double step = (to - from) / (RBF_MAPS_LISTED + 3);
+	rbf_choice best = *choice;
+	int failed = 0;
+	if (!b->trials)
+		return BSDFRBF_OK;
+	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
+	rbf_choice first = {.frames = 1, .frame = {best.frame[0]}, .belief = {BELIEF.sharpness, 1}}, faint = {0};
 	if (!failed && best.error > ENOUGH * fit_error) {
 		failed = contest(b, &faint, first, NULL) || add_frames(b, &faint);
 		win(&best, &faint, failed ? 0 : GAIN);
@@ -469,15 +481,19 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_choose(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, float fit_error, double progress_from,
-	double progress_to, rbf_choice *choice)
+bsdfrbf_status rbf_choose_first(bsdfrbf_context *context, const rbf_left_out *left_out, double from, double to, rbf_choice *choice)
 {
-	rbf_left_out b = {0};
 	memset(choice, 0, sizeof *choice);
-	bsdfrbf_status status = rbf_left_out_make(context, fitted, lambertian, 0, &b);
-	if (status == BSDFRBF_OK)
-		status = choose(context, &b, lambertian, fit_error, progress_from, progress_to, choice);
-	rbf_left_out_free(&b);
+	const bsdfrbf_status status = choose_first(context, left_out, from, to, choice);
+	if (status != BSDFRBF_OK)
+		rbf_choice_free(choice);
+	return status;
+}
+
+bsdfrbf_status rbf_choose(bsdfrbf_context *context, const rbf_left_out *left_out, float lambertian, float fit_error, double from, double to,
+	rbf_choice *choice)
+{
+	const bsdfrbf_status status = choose(context, left_out, lambertian, fit_error, from, to, choice);
 	if (status != BSDFRBF_OK)
 		rbf_choice_free(choice);
 	return status;

@@ -7,6 +7,7 @@
 #include "unseen.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { FILL_ROUNDS = 2 };
 
@@ -15,39 +16,65 @@ static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
 	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 }
 
-/* Of grey fits, as if all incidences had been measured at one scale. */
-static bsdfrbf_status choose_scaled(bsdfrbf_context *context, double from, double to, float lambertian, int renew, rbf_job *j)
+/* Part of the choice, as if all incidences had been measured at one scale. */
+static bsdfrbf_status choose_scaled(bsdfrbf_context *context, double from, double to, float lambertian, int first, int renew, rbf_job *j)
 {
 	rbf_fitted *m = &j->fitted;
-	free(j->scale);
-	j->scale = malloc(((size_t)m->bases + 1) * sizeof *j->scale);
-	const int found = j->scale ? rbf_scale_find(m, lambertian, j->scale) : -1;
-	if (found <= 0) {
-		free(j->scale);
-		j->scale = NULL;
-	}
-	if (found > 0)
+	if (j->scale)
 		rbf_scale_lobes(m, j->scale, 0);
-	if (found < 0 || ((renew || found) && rbf_label_renew(m, m->candidates)))
-		return out_of_memory(context);
-	RBF_TRY(rbf_choose(context, m, lambertian, j->held_out, from, to, &j->choice));
-	if (!found)
-		return BSDFRBF_OK;
+	bsdfrbf_status status = (renew || j->scale) && rbf_label_renew(m, m->candidates) ? out_of_memory(context) : BSDFRBF_OK;
+	if (status == BSDFRBF_OK && first)
+		status = rbf_left_out_make(context, m, lambertian, 0, &j->left_out);
+	if (status == BSDFRBF_OK)
+		status = first ? rbf_choose_first(context, &j->left_out, from, to, &j->choice)
+			: rbf_choose(context, &j->left_out, lambertian, j->held_out, from, to, &j->choice);
+	if (!j->scale || status != BSDFRBF_OK)
+		return status;
 	rbf_scale_lobes(m, j->scale, 1);
-	for (uint32_t b = 0; b < m->bases; b++)
+	for (uint32_t b = 0; b < m->bases && !first; b++)
 		if (j->choice.base_error[b] >= 0)
 			j->choice.base_error[b] = fmaxf(j->choice.base_error[b], fabsf(1 / j->scale[b] - 1));
 	return BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_frames_choose(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+/* Of grey fits. */
+static bsdfrbf_status choose_grey(bsdfrbf_context *context, double from, double to, int first, rbf_job *j, const rbf_component *c)
 {
 	rbf_grey grey;
 	if (rbf_grey_begin(&j->fitted, &grey))
 		return out_of_memory(context);
-	const bsdfrbf_status status = choose_scaled(context, from, to, rbf_grey_of(&grey, c->lambertian), grey.lobes != NULL, j);
+	const bsdfrbf_status status = choose_scaled(context, from, to, rbf_grey_of(&grey, c->lambertian), first, grey.lobes != NULL, j);
 	rbf_grey_end(&j->fitted, &grey);
 	return status;
+}
+
+bsdfrbf_status rbf_frames_first(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+{
+	rbf_fitted *m = &j->fitted;
+	rbf_left_out_free(&j->left_out);
+	memset(&j->left_out, 0, sizeof j->left_out);
+	free(j->scale);
+	j->scale = malloc(((size_t)m->bases + 1) * sizeof *j->scale);
+	const int found = j->scale ? rbf_scale_find(m, c->lambertian[rbf_luminance(m->channels)], j->scale) : -1;
+	if (found <= 0) {
+		free(j->scale);
+		j->scale = NULL;
+	}
+	return found < 0 ? out_of_memory(context) : choose_grey(context, from, to, 1, j, c);
+}
+
+bsdfrbf_status rbf_frames_rest(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+{
+	const bsdfrbf_status status = choose_grey(context, from, to, 0, j, c);
+	rbf_left_out_free(&j->left_out);
+	memset(&j->left_out, 0, sizeof j->left_out);
+	return status;
+}
+
+bsdfrbf_status rbf_frames_choose(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+{
+	RBF_TRY(rbf_frames_first(context, from, to, j, c));
+	return rbf_frames_rest(context, from, to, j, c);
 }
 
 /* Fits anew what was filled. */

@@ -8,6 +8,10 @@
  * MEMORY, CANCELLED. Opens OpenMP regions. */
 bsdfrbf_status rbf_frames_choose(bsdfrbf_context *context, double from, double to, rbf_job *job, const rbf_component *component);
 
+/* The same in two steps, between which others may ask of the first frames (choose.h). */
+bsdfrbf_status rbf_frames_first(bsdfrbf_context *context, double from, double to, rbf_job *job, const rbf_component *component);
+bsdfrbf_status rbf_frames_rest(bsdfrbf_context *context, double from, double to, rbf_job *job, const rbf_component *component);
+
 /* Fills what was not measured (unseen.h) and fits again, which tells what is still farther; in the end frames are chosen anew. Errors and regions as
  * above. */
 bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, double from, double to, rbf_job *job, const rbf_component *component);

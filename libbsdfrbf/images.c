@@ -56,23 +56,20 @@ static told tell(uint32_t bases, const rbf_span *span, const float *error)
 	return t;
 }
 
-/* Incidences that are left out; or their images by an operation. span: room, [bases]. */
+/* Images of incidences by an operation. span: room, [bases]. */
 static bsdfrbf_status ask(bsdfrbf_context *context, rbf_fitted *m, float lambertian, unsigned op, const rbf_choice *choice, rbf_span *span, told *t)
 {
 	rbf_left_out b = {0};
 	rbf_choice asked = *choice; /* labels are borrowed */
-	bsdfrbf_status status = op ? rbf_left_out_images(context, m, lambertian, op, &b) : rbf_left_out_make(context, m, lambertian, 0, &b);
-	if (op)
-		asked.base_error = NULL;
+	asked.base_error = NULL;
+	bsdfrbf_status status = rbf_left_out_images(context, m, lambertian, op, &b);
+	if (status == BSDFRBF_OK && rbf_left_out_error(&b, &asked, NULL))
+		status = rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	if (status == BSDFRBF_OK) {
 		rbf_left_out_spans(&b, span);
-		if (op && rbf_left_out_error(&b, &asked, NULL))
-			status = rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
-	}
-	if (status == BSDFRBF_OK)
 		*t = tell(m->bases, span, asked.base_error);
-	if (op)
-		free(asked.base_error);
+	}
+	free(asked.base_error);
 	rbf_left_out_free(&b);
 	return status;
 }
@@ -86,9 +83,10 @@ static int explained(const told *own, const told *image, double noise)
 	return image->count >= LEAST && image->error < most && image->here < fmax(NOISE * fit * sqrt(2), SMALL * own->error);
 }
 
-bsdfrbf_status rbf_images_find(bsdfrbf_context *context, rbf_fitted *m, float lambertian, const rbf_choice *choice, const float *scatter,
+bsdfrbf_status rbf_images_find(bsdfrbf_context *context, const rbf_left_out *left_out, float lambertian, const rbf_choice *choice, const float *scatter,
 	rbf_symmetry *found, float *difference)
 {
+	rbf_fitted *const m = left_out->fitted;
 	static const rbf_symmetry alone[4] = {RBF_ANISOTROPIC, RBF_BILATERAL_X, RBF_BILATERAL_Y, RBF_UP};
 	rbf_span *span = malloc(((size_t)m->bases + 1) * sizeof *span);
 	told own = {0}, image[4] = {{0}};
@@ -97,7 +95,11 @@ bsdfrbf_status rbf_images_find(bsdfrbf_context *context, rbf_fitted *m, float la
 	unsigned asked = 0, best = 0;
 	*found = m->symmetry;
 	const int had = rbf_symmetry_ops(m->symmetry, has);
-	bsdfrbf_status status = span ? ask(context, m, lambertian, RBF_OP_NONE, choice, span, &own) : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	bsdfrbf_status status = span ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	if (span) {
+		rbf_left_out_spans(left_out, span);
+		own = tell(m->bases, span, choice->base_error);
+	}
 	for (uint32_t b = 0; b < m->bases && status == BSDFRBF_OK; b++)
 		if (!(span[b].bend < 0))
 			noise += (double)scatter[b] / own.count;

@@ -38,6 +38,7 @@ void rbf_job_free(rbf_job *j)
 	free(j->guess);
 	free(j->scale);
 	rbf_label_release(&j->fitted);
+	rbf_left_out_free(&j->left_out);
 	rbf_choice_free(&j->choice);
 }
 
@@ -144,6 +145,36 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 	if (!(energy + (double)c->lambertian[rbf_luminance((uint32_t)channels)] > 0))
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no sample is above zero; nothing to interpolate", name);
 	return BSDFRBF_OK;
+}
+
+int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float lambertian[3], rbf_job *j)
+{
+	const size_t bases = j->measured.count;
+	const rbf_fitted *had = &former->fitted;
+	rbf_fitted *m = &j->fitted;
+	m->bases = (uint32_t)bases;
+	m->channels = had->channels;
+	m->direction = j->direction;
+	m->symmetry = j->symmetry.symmetry;
+	m->lobes = calloc(bases + 1, sizeof *m->lobes);
+	j->fit_error = malloc((bases + 1) * sizeof *j->fit_error);
+	j->scatter = malloc((bases + 1) * sizeof *j->scatter);
+	j->lobes = malloc((bases + 1) * sizeof *j->lobes);
+	j->held_out = former->held_out;
+	int failed = !m->lobes || !j->fit_error || !j->scatter || !j->lobes;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < (int64_t)had->bases; b++) {
+		const uint32_t to = fold[b].place;
+		if (failed || fold[b].op != RBF_OP_NONE)
+			continue;
+		const rbf_incidence *in = &j->measured.incidence[to];
+		j->fit_error[to] = former->fit_error[b];
+		j->scatter[to] = former->scatter[b];
+		j->lobes[to] = former->lobes[b];
+		failed |= (in->count == former->measured.incidence[b].count ? rbf_lobes_copy(&had->lobes[b], &m->lobes[to])
+			: rbf_fit(in, (int)m->channels, lambertian, former->lobes[b], 0, &m->lobes[to], NULL)) != 0;
+	}
+	return failed ? -1 : 0;
 }
 
 int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)

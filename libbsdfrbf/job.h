@@ -21,6 +21,7 @@ typedef struct rbf_job {
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
 	float *scale;           /* of each incidence (scale.h), or NULL where all are 1 */
+	rbf_left_out left_out;  /* between the first frames and the others, which it is for; its `fitted` is this job's */
 	rbf_choice choice;
 	uint32_t filled;        /* as of rbf_component */
 } rbf_job;
@@ -32,6 +33,10 @@ bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all,
  * MEMORY, CANCELLED. Opens OpenMP regions. */
 bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *job,
 	rbf_component *component);
+
+/* Fits of incidences that images were joined with (folded.h), from those of the former job; what was not joined is copied. The Lambertian part stays. Returns 0,
+ * or -1 when out of memory. Opens an OpenMP region. */
+int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float lambertian[3], rbf_job *job);
 
 /* The same incidences once more, for other fits. Samples and mesh are borrowed, samples copied if `own`. Returns 0, or -1 when out of memory; to be freed in
  * any case. */

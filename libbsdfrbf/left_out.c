@@ -183,66 +183,46 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 	return BSDFRBF_OK;
 }
 
-/* Images of incidences that are inside the mesh; none is left out (out: none). */
-static bsdfrbf_status make_images(bsdfrbf_context *context, rbf_fitted *m, float lambertian, unsigned op, const float *sent, const unsigned char *out,
-	rbf_left_out *b)
+bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *m, float lambertian, unsigned op, rbf_left_out *b)
 {
 	const uint32_t step = (m->bases + TRIALS_MAX - 1) / TRIALS_MAX;
 	const rbf_component shell = {.mesh = m->mesh};
-	rbf_knot *knot = rbf_network_make(&m->mesh, b->value);
-	int failed = !knot;
+	*b = (rbf_left_out){.fitted = m, .trial = calloc(TRIALS_MAX + 1, sizeof *b->trial)};
+	int failed = !b->trial;
 	for (uint32_t base = step / 2; base < m->bases && !failed; base += step) {
 		trial *t = &b->trial[b->trials];
 		const double *d = m->direction + 3*base;
 		const float own[3] = {(float)d[0], (float)d[1], (float)d[2]};
 		uint32_t corner[3];
 		rbf_site site;
-		memset(t, 0, sizeof *t);
 		t->base = base;
 		rbf_mirror(op, own, t->incident);
 		rbf_site_turn(&shell, t->incident, &site);
 		if (rbf_mesh_locate(&m->mesh, site.incident, corner, t->weight) & RBF_MESH_BORDER)
 			continue;
-		for (int n = 0, k = 0; n < 3; n++) {
+		for (int n = 0; n < 3; n++)
 			t->vertex[n] = m->mesh.vertex[corner[n]];
-			if (!(t->weight[n] > 0))
-				continue;
-			t->knot[k] = knot[t->vertex[n].base];
-			rbf_level_of(m, sent, out, t->vertex[n].base, &t->level[k]);
-			rbf_level_of(m, b->arrived, out, t->vertex[n].base, &t->arrived[k++]);
-		}
 		failed = count_trial(&m->lobes[base], lambertian, b);
 		for (uint32_t p = 0; p < t->points && !failed; p++)
 			rbf_mirror(op, t->point[p], t->point[p]);
 	}
-	free(knot);
 	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
 }
 
-static bsdfrbf_status make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, unsigned image, rbf_left_out *b)
+bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, rbf_left_out *b)
 {
 	b->fitted = m;
 	b->trials = 0;
 	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
 	float *sent = rbf_levels_sent(m);
-	unsigned char *out = calloc(m->bases + 1, 1);
+	unsigned char *out = malloc(m->bases + 1);
 	b->arrived = rbf_levels_arrived(m);
 	b->value = b->arrived ? rbf_tune_arrived(m->bases, b->arrived) : NULL;
-	const bsdfrbf_status status = !b->trial || !sent || !out || !b->value ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory")
-		: image ? make_images(context, m, lambertian, image, sent, out, b) : make_trials(context, m, lambertian, across, sent, out, b);
+	const bsdfrbf_status status = b->trial && sent && out && b->value ? make_trials(context, m, lambertian, across, sent, out, b)
+		: rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
 	free(sent);
 	free(out);
 	return status;
-}
-
-bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, rbf_left_out *b)
-{
-	return make(context, m, lambertian, across, RBF_OP_NONE, b);
-}
-
-bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *m, float lambertian, unsigned op, rbf_left_out *b)
-{
-	return make(context, m, lambertian, 0, op, b);
 }
 
 void rbf_left_out_spans(const rbf_left_out *b, rbf_span *span)

@@ -37,7 +37,7 @@ typedef struct rbf_left_out {
 bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, int across, rbf_left_out *left_out);
 
 /* Incidences whose image by a mirror operation (mesh.h) is inside the mesh: each is told there, from what was measured around its image. None is
- * left out. To be freed, and errors, as above. */
+ * left out. For choices that even and tune nothing. To be freed, and errors, as above. */
 bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *fitted, float lambertian, unsigned op, rbf_left_out *left_out);
 void rbf_left_out_free(rbf_left_out *left_out);
 

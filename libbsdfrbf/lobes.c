@@ -34,6 +34,16 @@ void rbf_lobes_free(rbf_lobes *l)
 	memset(l, 0, sizeof *l);
 }
 
+int rbf_lobes_copy(const rbf_lobes *l, rbf_lobes *copy)
+{
+	if (rbf_lobes_new(copy, l->count, l->channels))
+		return -1;
+	memcpy(copy->block, l->block, l->blocks * sizeof *l->block);
+	memcpy(copy->amplitude, l->amplitude, (size_t)l->blocks * l->channels * sizeof *l->amplitude);
+	memcpy(copy->mass, l->mass, l->count * sizeof *l->mass);
+	return rbf_lobes_finish(copy);
+}
+
 int rbf_lobes_finish(rbf_lobes *l)
 {
 	free(l->extent);

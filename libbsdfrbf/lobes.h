@@ -17,6 +17,8 @@ typedef struct rbf_lobes {
 int rbf_lobes_new(rbf_lobes *lobes, uint32_t count, uint32_t channels);
 void rbf_lobes_free(rbf_lobes *lobes);
 
+int rbf_lobes_copy(const rbf_lobes *lobes, rbf_lobes *copy); /* returns as above */
+
 static inline void rbf_lobe_centre(const rbf_lobes *l, uint32_t i, float centre[3])
 {
 	const rbf_block *b = &l->block[i / RBF_LANES];

@@ -83,50 +83,48 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, co
 }
 
 /* The same incidences, and their images, under a symmetry. Takes the job's place if it predicts what is left out better. */
-static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_symmetry symmetry,
+static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int channels, double from, double to, rbf_symmetry symmetry,
 	float difference, rbf_fold *fold, rbf_job *j, rbf_job *other, rbf_component *c)
 {
 	const char *const had = j->symmetry.text;
-	const float former[3] = {c->lambertian[0], c->lambertian[1], c->lambertian[2]};
 	double error[2];
 	memset(&other->fitted.mesh, 0, sizeof other->fitted.mesh);
 	if (rbf_folded_join(symmetry, channels, &other->measured, other->direction, fold, &other->folded))
 		return out_of_memory(context);
 	rbf_symmetry_found(symmetry, &other->symmetry);
-	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
+	if (rbf_job_fit_joined(j, fold, c->lambertian, other))
+		return out_of_memory(context);
 	RBF_TRY(rbf_mesh_build(context, symmetry, other->measured.count, other->direction, NULL, &other->fitted.mesh));
-	bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? out_of_memory(context) : rbf_frames_choose(context, from, to, other, c);
-	const int better = status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)channels)], error)
-		&& error[1] < error[0];
-	if (better) {
+	const bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? out_of_memory(context) : rbf_frames_first(context, from, to, other, c);
+	if (status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)channels)], error) && error[1] < error[0]) {
 		rbf_warn(context, "%s: images of incidences differ from what was measured around them by %.1f %% on average, as interpolation and noise do: "
-			"taken as %s, not as %s; -s A keeps all apart", name, 100 * (double)difference, other->symmetry.text, had);
-		const rbf_job kept = *other;
-		*other = *j;
-		*j = kept;
+			"taken as %s, not as %s; -s %c keeps them apart", name, 100 * (double)difference, other->symmetry.text, had,
+			j->symmetry.symmetry == RBF_ANISOTROPIC || j->symmetry.symmetry == RBF_UP ? (char)j->symmetry.symmetry : 'B');
+		const rbf_job former = *j;
+		*j = *other;
+		*other = former;
+		j->left_out.fitted = &j->fitted;
 		c->mesh = j->fitted.mesh;
 		c->facts.asymmetry = difference;
-	} else
-		memcpy(c->lambertian, former, sizeof former);
+	}
 	rbf_mesh_free(&other->fitted.mesh);
 	return status;
 }
 
-bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
-	rbf_component *c)
+bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, double from, double to, rbf_job *j, rbf_component *c)
 {
 	rbf_symmetry symmetry;
 	float difference = 0;
 	if (j->turned || j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
-	RBF_TRY(rbf_images_find(context, &j->fitted, c->lambertian[rbf_luminance((uint32_t)channels)], &j->choice, j->scatter, &symmetry, &difference));
+	RBF_TRY(rbf_images_find(context, &j->left_out, c->lambertian[rbf_luminance((uint32_t)channels)], &j->choice, j->scatter, &symmetry, &difference));
 	if (symmetry == j->symmetry.symmetry)
 		return BSDFRBF_OK;
 	rbf_job other;
 	rbf_fold *fold = malloc((j->measured.count + 1) * sizeof *fold);
 	const int failed = rbf_job_copy(j, channels, 0, &other) || !fold;
 	const bsdfrbf_status status = failed ? out_of_memory(context)
-		: try_images(context, name, channels, lobes, from, to, symmetry, difference, fold, j, &other, c);
+		: try_images(context, name, channels, from, to, symmetry, difference, fold, j, &other, c);
 	free(fold);
 	rbf_job_free(&other);
 	return status;

@@ -17,7 +17,7 @@ bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int cha
  * whatever the azimuths say. Where both tell as much, azimuths are of use: frames are learned from them. */
 bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *job, const rbf_component *component, int *found);
 
-/* What the azimuths say of the symmetry may be less than the data show: measured all round, or over half a circle. */
-bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *job,
-	rbf_component *component);
+/* What the azimuths say of the symmetry may be less than the data show: measured all round, or over half a circle. To be asked of a job that has its
+ * first frames, and becomes another one, which has them, too. */
+bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, double from, double to, rbf_job *job, rbf_component *component);
 #endif
