@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* From measurements to a model: the stages in their order. */
 #include "assemble.h"
+#include "diagonals.h"
 #include "edges.h"
 #include "energy.h"
 #include "expect.h"
@@ -124,6 +125,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	c->filled = j->filled;
 	tell_scale(context, name, j);
 	j->fitted.scale = j->scale;
+	RBF_TRY(rbf_diagonals_choose(context, &j->choice, &j->fitted, c));
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))
 		return out_of_memory(context);
 	if (rbf_levels_make(&j->fitted, j->choice.even, j->choice.slopes, c))

@@ -74,6 +74,8 @@ typedef struct places {
 	size_t count;
 	const double *direction;
 	const unsigned char *out; /* as rbf_mesh_build() takes it */
+	rbf_mesh_judge *judge;    /* of diagonals, or NULL */
+	void *data;
 } places;
 
 /* All images of all incidences into mesh->vertex and p (4 count entries each). Incidences measured inside the
@@ -409,6 +411,8 @@ static bsdfrbf_status build_surface(bsdfrbf_context *context, rbf_mesh *mesh, co
 	const int chain = on_one_circle(mesh->vertices, (const double (*)[3])p, pole);
 	if (!chain)
 		RBF_TRY(rbf_hull(context, mesh->vertices, (const double (*)[3])p, &triangles, triangle));
+	if (triangles && from->judge)
+		RBF_TRY(rbf_mesh_diagonals(context, mesh, (const double (*)[3])p, triangles, *triangle, from->judge, from->data));
 	const size_t borders = chain ? mesh->vertices : 3 * triangles;
 	mesh->element = calloc(triangles + 1, sizeof *mesh->element);
 	mesh->border = calloc(borders + 1, sizeof *mesh->border);
@@ -425,16 +429,15 @@ static bsdfrbf_status build_surface(bsdfrbf_context *context, rbf_mesh *mesh, co
 	return tidy(mesh, *triangle, *number, *used) ? BSDFRBF_OK : out_of_memory(context);
 }
 
-bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
-	const unsigned char *out, rbf_mesh *mesh)
+static bsdfrbf_status build(bsdfrbf_context *context, rbf_symmetry symmetry, const places *from, rbf_mesh *mesh)
 {
+	const size_t count = from->count;
 	memset(mesh, 0, sizeof *mesh);
 	if (!count || count > INT32_MAX / 16)
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "cannot mesh %zu incident directions", count);
 	mesh->symmetry = symmetry;
 	mesh->bases = (uint32_t)count;
 	mesh->vertex = calloc(4 * count, sizeof *mesh->vertex);
-	const places from = {count, directions, out};
 	bsdfrbf_status status;
 	if (!mesh->vertex)
 		status = out_of_memory(context);
@@ -445,7 +448,7 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 		if (!mesh->element || !mesh->border)
 			status = out_of_memory(context);
 		else {
-			add_segments(mesh, &from);
+			add_segments(mesh, from);
 			status = mesh->vertices ? rbf_mesh_grid(context, mesh, &used)
 				: rbf_fail(context, BSDFRBF_ERR_DATA, "no incident direction to make a mesh of");
 		}
@@ -454,7 +457,7 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 		rbf_triangle *triangle = NULL;
 		uint32_t *number = NULL;
 		unsigned char *used = NULL;
-		status = p ? build_surface(context, mesh, &from, p, &triangle, &number, &used)
+		status = p ? build_surface(context, mesh, from, p, &triangle, &number, &used)
 			: out_of_memory(context);
 		free(p);
 		free(triangle);
@@ -464,6 +467,20 @@ bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, s
 	if (status != BSDFRBF_OK)
 		rbf_mesh_free(mesh);
 	return status;
+}
+
+bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
+	const unsigned char *out, rbf_mesh *mesh)
+{
+	const places from = {.count = count, .direction = directions, .out = out};
+	return build(context, symmetry, &from, mesh);
+}
+
+bsdfrbf_status rbf_mesh_build_judged(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
+	rbf_mesh_judge *judge, void *data, rbf_mesh *mesh)
+{
+	const places from = {.count = count, .direction = directions, .judge = judge, .data = data};
+	return build(context, symmetry, &from, mesh);
 }
 
 void rbf_mesh_free(rbf_mesh *mesh)

@@ -102,6 +102,20 @@ void rbf_symmetry_found(rbf_symmetry symmetry, rbf_symmetry_choice *choice);
  * Errors: DATA, MEMORY, INTERNAL. */
 bsdfrbf_status rbf_mesh_build(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
 	const unsigned char *out, rbf_mesh *mesh);
+
+/* An incidence, and others to tell it from: vertices as a site takes them, that of the incidence in the fundamental domain. */
+typedef struct rbf_mesh_trial {
+	rbf_vertex vertex, from[3];
+	float weight[3];
+} rbf_mesh_trial;
+
+/* Tells how wrong each is told. Returns 0, or -1 when out of memory. */
+typedef int rbf_mesh_judge(void *data, size_t count, const rbf_mesh_trial *trial, float *error);
+
+/* The same mesh of all directions, but for which diagonals cut quadrilaterals whose corners are on one circle: those along which the judge
+ * finds incidences told better. Not for RBF_ISOTROPIC. */
+bsdfrbf_status rbf_mesh_build_judged(bsdfrbf_context *context, rbf_symmetry symmetry, size_t count, const double *directions,
+	rbf_mesh_judge *judge, void *data, rbf_mesh *mesh);
 void rbf_mesh_free(rbf_mesh *mesh);
 
 /* Marks what is to be left out if an incidence is, as one tells nothing new of the other: all that was measured at the same place or at an

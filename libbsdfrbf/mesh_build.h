@@ -19,6 +19,10 @@ typedef struct rbf_triangle {
 bsdfrbf_status rbf_hull(bsdfrbf_context *context, size_t count, const double (*direction)[3],
 	size_t *triangles, rbf_triangle **triangle);
 
+/* Flips diagonals that directions leave open (mesh_diagonals.c) where the judge says so. Errors: MEMORY. */
+bsdfrbf_status rbf_mesh_diagonals(bsdfrbf_context *context, const rbf_mesh *mesh, const double (*direction)[3], size_t triangles,
+	rbf_triangle *triangle, rbf_mesh_judge *judge, void *data);
+
 /* Fills the locator from vertex, element and border. used[i] is set if some cell lists border i. */
 bsdfrbf_status rbf_mesh_grid(bsdfrbf_context *context, rbf_mesh *mesh, unsigned char *used);
 #endif

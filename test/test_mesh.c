@@ -821,12 +821,78 @@ static void test_left_out(void **state)
 		}
 }
 
+/* The lean of a diagonal: with azimuth rising outwards or falling, mirrored from quadrant to quadrant; 0: along a ring or a meridian, or across an axis. */
+static double lean_of(const float a[3], const float b[3])
+{
+	const double at = ((double)a[0] + (double)b[0]) * ((double)a[1] + (double)b[1]);
+	const double turn = (double)(a[0] * b[1] - a[1] * b[0]), down = (double)(a[2] - b[2]);
+	const int across = a[0] * b[0] < -1e-6f || a[1] * b[1] < -1e-6f;
+	return across || fabs(at) < 1e-3 || fabs(turn) < 1e-3 || fabs(down) < 1e-3 ? 0 : turn * down * at;
+}
+
+/* Finds that incidences are told better along one lean. */
+static int by_lean(void *data, size_t count, const rbf_mesh_trial *trial, float *error)
+{
+	const double *wanted = data;
+	assert_true(count > 0);
+	for (size_t i = 0; i < count; i++) {
+		const rbf_mesh_trial *t = &trial[i];
+		double told[3] = { 0, 0, 0 }, sum = 0, is[3];
+		for (int n = 0; n < 3; n++) {
+			assert_true(t->weight[n] >= 0);
+			sum += (double)t->weight[n];
+			for (int k = 0; k < 3; k++)
+				told[k] += (double)t->weight[n] * (double)t->from[n].direction[k];
+		}
+		rbf_unit3(told);
+		for (int k = 0; k < 3; k++)
+			is[k] = t->vertex.direction[k];
+		assert_true(distance(told, is) < 1e-5 && fabs(sum - 1) < 1e-5 && t->from[1].base != t->vertex.base);
+		error[i] = *wanted * lean_of(t->vertex.direction, t->from[0].direction) > 0 ? .1f : .2f;
+	}
+	return 0;
+}
+
+/* Diagonals of rings lean as the judge says, either way, in all quadrants, and the mesh is as good as any. */
+static void test_diagonals(void **state)
+{
+	(void)state;
+	static const struct { rbf_symmetry symmetry; double to, step; } set[] = {
+		{ RBF_QUADRILATERAL, 90, 15 }, { RBF_BILATERAL_Y, 180, 20 }, { RBF_UP, 175, 20 }, { RBF_ANISOTROPIC, 359, 24 },
+	};
+	random_state = 5;
+	for (size_t i = 0; i < sizeof set / sizeof *set; i++)
+		for (int way = 0; way < 2; way++) {
+			bsdfrbf_context *context = bsdfrbf_context_new();
+			plan *p = rings(1, 12, 72, 12, set[i].symmetry == RBF_UP ? 5 : 0, set[i].to, set[i].step);
+			double wanted = way ? 1 : -1;
+			rbf_mesh m, plain = build(set[i].symmetry, p, -1);
+			assert_int_equal(rbf_mesh_build_judged(context, set[i].symmetry, p->count, &p->d[0][0], by_lean, &wanted, &m), BSDFRBF_OK);
+			check_mesh(&m, p, -1, 3000, RBF_PI / 2);
+			assert_int_equal(m.elements, plain.elements);
+			int seen = 0;
+			for (uint32_t e = 0; e < m.elements; e++)
+				for (int k = 0; k < 3; k++) {
+					const float *a = m.vertex[m.element[e].v[k]].direction, *b = m.vertex[m.element[e].v[(k + 1) % 3]].direction;
+					const double lean = lean_of(a, b);
+					if (wanted * lean < 0 && rbf_symmetry_fold(set[i].symmetry, a) == RBF_OP_NONE && rbf_symmetry_fold(set[i].symmetry, b) == RBF_OP_NONE)
+						fail_msg("symmetry %c: from %g %g to %g %g leans wrongly", set[i].symmetry, (double)a[0], (double)a[1], (double)b[0], (double)b[1]);
+					seen += wanted * lean > 0;
+				}
+			assert_true(seen > 20);
+			rbf_mesh_free(&plain);
+			rbf_mesh_free(&m);
+			bsdfrbf_context_free(context);
+		}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_hull),
 		cmocka_unit_test(test_plans),
 		cmocka_unit_test(test_isotropic),
+		cmocka_unit_test(test_diagonals),
 		cmocka_unit_test(test_left_out),
 		cmocka_unit_test(test_folds),
 		cmocka_unit_test(test_images),
