@@ -24,23 +24,14 @@ void rbf_folded_free(rbf_measured *own)
 	*own = (rbf_measured){0};
 }
 
-/* Appends mirrored samples of another to those that an incidence has of its own, or copies them. */
+/* Appends mirrored samples of another to those that an incidence has of its own. */
 static int append(rbf_incidence *to, const rbf_incidence *other, unsigned op, size_t channels)
 {
-	const size_t count = to->count + other->count;
-	double *outgoing = realloc(to->outgoing, (count + 1) * 3 * sizeof *outgoing);
-	if (!outgoing)
+	const size_t had = to->count;
+	if (rbf_incidence_append(to, other, channels))
 		return -1;
-	to->outgoing = outgoing;
-	float *dsf = realloc(to->dsf, (count * channels + 1) * sizeof *dsf);
-	if (!dsf)
-		return -1;
-	to->dsf = dsf;
-	for (size_t i = 0; i < other->count; i++)
-		mirror(op, other->outgoing + 3*i, outgoing + 3 * (to->count + i));
-	if (other->count)
-		memcpy(dsf + channels * to->count, other->dsf, channels * other->count * sizeof *dsf);
-	to->count = count;
+	for (size_t i = had; i < to->count; i++)
+		mirror(op, to->outgoing + 3*i, to->outgoing + 3*i);
 	return 0;
 }
 

@@ -53,4 +53,7 @@ const char *rbf_component_name(int component);
 /* Is there enough to build from? Error DATA if there is nothing, or a component without any value above zero;
  * warnings about incidences without one, or with fewer than 10 samples. */
 bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data);
+
+/* Appends the samples of another incidence to those that one has of its own, by realloc(). Returns 0, or -1 when out of memory. */
+int rbf_incidence_append(rbf_incidence *to, const rbf_incidence *other, size_t channels);
 #endif

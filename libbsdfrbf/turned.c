@@ -77,18 +77,8 @@ static int append(rbf_incidence *to, rbf_incidence *other, size_t channels)
 	to->count -= to->guessed;
 	other->count -= other->guessed;
 	to->guessed = other->guessed = 0;
-	const size_t count = to->count + other->count;
-	double *outgoing = realloc(to->outgoing, (count + 1) * 3 * sizeof *outgoing);
-	if (!outgoing)
+	if (rbf_incidence_append(to, other, channels))
 		return -1;
-	to->outgoing = outgoing;
-	float *dsf = realloc(to->dsf, (count * channels + 1) * sizeof *dsf);
-	if (!dsf)
-		return -1;
-	to->dsf = dsf;
-	memcpy(outgoing + 3 * to->count, other->outgoing, 3 * other->count * sizeof *outgoing);
-	memcpy(dsf + channels * to->count, other->dsf, channels * other->count * sizeof *dsf);
-	to->count = count;
 	release(other);
 	return 0;
 }

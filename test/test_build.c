@@ -190,6 +190,31 @@ static void isotropy_is_checked(void **state)
 	}
 }
 
+/* Builds a material, and tells what came of it and the last warning. */
+static bsdfrbf_component_info info_of(const plan *p, char symmetry)
+{
+	const struct material *material = material_find(p->material);
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, p);
+	bsdfrbf_build_options options;
+	static char text[200];
+	bsdfrbf_component_info info;
+	bsdfrbf_model *m;
+	bsdfrbf_build_defaults(&options);
+	options.lobes = p->lobes;
+	options.symmetry = symmetry;
+	last_warning[0] = 0;
+	bsdfrbf_set_warning(context, keep_warning, NULL);
+	assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
+	assert_int_equal(bsdfrbf_get_component_info(m, material->transmits ? BSDFRBF_TF : BSDFRBF_RF, &info), BSDFRBF_OK);
+	snprintf(text, sizeof text, "%s", info.symmetry_text);
+	info.symmetry_text = text; /* the model's goes */
+	bsdfrbf_close(m);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+	return info;
+}
+
 /* Measured all round, an isotropic material is found to be so, and what was measured at each polar angle joined; others are not. */
 static void isotropy_is_found(void **state)
 {
@@ -197,26 +222,11 @@ static void isotropy_is_found(void **state)
 	static const plan plans[] = {{"satin", 3, 3, {0, 35, 70}, 0, 120, 120}, {"brushed", 3, 3, {0, 35, 70}, 0, 120, 60},
 		{"satin", 3, 3, {0, 35, 70}, 0, 120, 120}};
 	for (int n = 0; n < 3; n++) {
-		const struct material *material = material_find(plans[n].material);
-		bsdfrbf_context *context = bsdfrbf_context_new();
-		bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, &plans[n]);
-		bsdfrbf_build_options options;
-		bsdfrbf_component_info info;
-		bsdfrbf_model *m;
-		bsdfrbf_build_defaults(&options);
-		options.lobes = plans[n].lobes;
-		options.symmetry = n == 2 ? 'A' : 0;
-		last_warning[0] = 0;
-		bsdfrbf_set_warning(context, keep_warning, NULL);
-		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
-		assert_int_equal(bsdfrbf_get_component_info(m, material->transmits ? BSDFRBF_TF : BSDFRBF_RF, &info), BSDFRBF_OK);
+		const bsdfrbf_component_info info = info_of(&plans[n], n == 2 ? 'A' : 0);
 		if (strncmp(info.symmetry_text, n ? "anisotropic" : "isotropic, by the data (azimuths 0 to 360", 11))
 			fail_msg("%s: %s", plans[n].material, info.symmetry_text);
 		assert_int_equal(info.incidences, n ? 7 : 3);
 		assert_int_equal(strstr(last_warning, "taken as isotropic, not as anisotropic (azimuths 0 to 360 measured); -s decides otherwise") == NULL, n != 0);
-		bsdfrbf_close(m);
-		bsdfrbf_data_free(data);
-		bsdfrbf_context_free(context);
 	}
 }
 
@@ -230,26 +240,11 @@ static void images_are_found(void **state)
 	static const char *const text[] = {"quadrilateral, mirrors x and y, by the data (azimuths 0 to 360", "anisotropic (azimuths",
 		"anisotropic, asked for"};
 	for (int n = 0; n < 3; n++) {
-		const struct material *material = material_find(plans[n].material);
-		bsdfrbf_context *context = bsdfrbf_context_new();
-		bsdfrbf_data *data = fixture_data(context, material->f, material->beams, material->transmits, 1, &plans[n]);
-		bsdfrbf_build_options options;
-		bsdfrbf_component_info info;
-		bsdfrbf_model *m;
-		bsdfrbf_build_defaults(&options);
-		options.lobes = plans[n].lobes;
-		options.symmetry = n == 2 ? 'A' : 0;
-		last_warning[0] = 0;
-		bsdfrbf_set_warning(context, keep_warning, NULL);
-		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
-		assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+		const bsdfrbf_component_info info = info_of(&plans[n], n == 2 ? 'A' : 0);
 		if (strncmp(info.symmetry_text, text[n], strlen(text[n])))
 			fail_msg("%s: %s", plans[n].material, info.symmetry_text);
 		assert_int_equal(info.incidences, n ? 25 : 13); /* half a turn apart: joined */
 		assert_int_equal(strstr(last_warning, "not as anisotropic (azimuths 0 to 360 measured); -s A keeps them apart") == NULL, n > 0);
-		bsdfrbf_close(m);
-		bsdfrbf_data_free(data);
-		bsdfrbf_context_free(context);
 	}
 }
 
