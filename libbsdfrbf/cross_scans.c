@@ -116,6 +116,7 @@ static int add_images(rbf_cross_scans *p, const rbf_cross_scan *own, rbf_symmetr
 {
 	int op[OPS];
 	const int ops = rbf_symmetry_ops(symmetry, op);
+	int added = 0;
 	for (int k = 0; k < ops; k++) {
 		rbf_cross_scan image = *own;
 		image.azimuth = op[k] & RBF_OP_X ? RBF_PI - image.azimuth : image.azimuth;
@@ -125,11 +126,13 @@ static int add_images(rbf_cross_scans *p, const rbf_cross_scan *own, rbf_symmetr
 		for (size_t n = 0; n < p->scans; n++)
 			same |= p->scan[n].base == own->base && cos(p->scan[n].azimuth - image.azimuth) > cos(RBF_CROSS_SAME);
 		if (same && !k)
-			return 0;
-		if (!same)
-			p->scan[p->scans++] = image;
+			break;
+		if (same)
+			continue;
+		p->scan[p->scans++] = image;
+		added = 1;
 	}
-	return 1;
+	return added;
 }
 
 static void make_groups(rbf_cross_scans *p)

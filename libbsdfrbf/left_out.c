@@ -195,15 +195,16 @@ bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *m, floa
 		const float own[3] = {(float)d[0], (float)d[1], (float)d[2]};
 		uint32_t corner[3];
 		rbf_site site;
-		t->base = base;
+		*t = (trial){.base = base};
 		rbf_mirror(op, own, t->incident);
 		rbf_site_turn(&shell, t->incident, &site);
 		if (rbf_mesh_locate(&m->mesh, site.incident, corner, t->weight) & RBF_MESH_BORDER)
 			continue;
 		for (int n = 0; n < 3; n++)
 			t->vertex[n] = m->mesh.vertex[corner[n]];
+		const uint32_t before = b->trials;
 		failed = count_trial(&m->lobes[base], lambertian, b);
-		for (uint32_t p = 0; p < t->points && !failed; p++)
+		for (uint32_t p = 0; p < t->points && !failed && b->trials > before; p++)
 			rbf_mirror(op, t->point[p], t->point[p]);
 	}
 	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;

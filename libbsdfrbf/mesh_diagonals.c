@@ -205,7 +205,7 @@ static size_t make_trials(const rbf_mesh *mesh, const double (*p)[3], const rbf_
 	int lean;
 	for (size_t i = 0; i < quads; i++)
 		votes += quadrant_of(mesh, p, &s[i], &lean) >= 0;
-	const size_t step = (votes + VOTES - 1) / VOTES;
+	const size_t step = votes > VOTES ? (votes + VOTES - 1) / VOTES : 1;
 	for (size_t i = 0; i < quads; i++) {
 		const int q = quadrant_of(mesh, p, &s[i], &lean);
 		if (q == NEVER || (q >= 0 && seen++ % step))
