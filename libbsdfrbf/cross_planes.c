@@ -76,7 +76,7 @@ static int side_at(const target *t, enum rbf_cross_part part, double distance, i
 	const rbf_cross_scans *p = t->of;
 	double a[AROUND_IT], light[AROUND_IT][RBF_PLANE_CHANNELS], times;
 	int known[AROUND_IT] = {0};
-	size_t above = 0, from[AROUND_IT];
+	size_t above = 0, from[AROUND_IT] = {0};
 	const double plane = rbf_ellipse_off(&t->from.ellipse[part], azimuth, &times);
 	while (above < p->groups && p->group[above].azimuth <= plane)
 		above++;
