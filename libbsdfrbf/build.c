@@ -24,11 +24,6 @@ void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
 	options->size = sizeof *options;
 }
 
-static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
-{
-	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
-}
-
 static void tell_scale(bsdfrbf_context *context, const char *name, const rbf_job *j)
 {
 	for (uint32_t b = 0; b < j->fitted.bases && j->scale; b++) {
@@ -59,11 +54,11 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 	rbf_base_info *info = calloc((size_t)m->bases + 1, sizeof *info);
 	c->base_info = info;
 	if (!info)
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	const uint32_t y = rbf_luminance(m->channels);
 	float *expected = calloc((size_t)m->bases + 1, sizeof *expected);
 	if (!expected)
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	const bsdfrbf_status status = j->measured.ready ? BSDFRBF_OK : rbf_expect(context, m, c, j->choice.base_error, j->scatter, expected);
 	for (uint32_t b = 0; b < m->bases; b++) {
 		float value[3];
@@ -99,7 +94,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	if (j->symmetry.symmetry == RBF_ISOTROPIC) {
 		j->turned = 1;
 		if (rbf_turn(&j->measured, channels, j->direction) || rbf_one_plane_beside(&j->measured, channels))
-			return out_of_memory(context);
+			return rbf_out_of_memory(context);
 	}
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
@@ -111,7 +106,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
 	if (rbf_label_prepare(&j->fitted))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_frames_first(context, from + .4 * span, from + .6 * span, j, c));
 	if (!symmetry)
 		RBF_TRY(rbf_told_images(context, name, channels, from + .4 * span, from + .6 * span, j, c));
@@ -127,9 +122,9 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	j->fitted.scale = j->scale;
 	RBF_TRY(rbf_diagonals_choose(context, &j->choice, &j->fitted, c));
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	if (rbf_levels_make(&j->fitted, j->choice.even, j->choice.slopes, c))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	if (j->choice.cap > 0) {
 		RBF_TRY(rbf_edges_move(context, &j->fitted, &j->choice, c));
 		c->residual = 1;
@@ -138,7 +133,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	if (rbf_assemble_cull(o->team, c, longest(c)) || (j->choice.tune && rbf_tune_make(&j->fitted, j->choice.tune, c))
 			|| rbf_assemble_dhr(o->team, c))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	return set_facts(context, j, c);
 }
 
@@ -166,10 +161,10 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 		RBF_TRY(status);
 	}
 	if (rbf_trend_set(model))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	for (int i = 0; i < 4; i++)
 		if (model->component[i].present && rbf_assemble_dhr_grid(&model->component[i]))
-			return out_of_memory(context);
+			return rbf_out_of_memory(context);
 	RBF_TRY(rbf_energy_warn(context, model, data));
 	if (data->name)
 		RBF_TRY(bsdfrbf_set_text(context, model, "name", data->name));
@@ -198,7 +193,7 @@ bsdfrbf_status bsdfrbf_build(bsdfrbf_context *context, const bsdfrbf_data *data,
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "no measurements to build from");
 	bsdfrbf_model *made = rbf_model_new();
 	if (!made)
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	const int threads = omp_get_max_threads(); /* a setting of the calling thread, put back below */
 	if (o.threads)
 		omp_set_num_threads(o.threads);

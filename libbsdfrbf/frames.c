@@ -7,14 +7,8 @@
 #include "unseen.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { FILL_ROUNDS = 2 };
-
-static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
-{
-	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
-}
 
 /* Part of the choice, as if all incidences had been measured at one scale. */
 static bsdfrbf_status choose_scaled(bsdfrbf_context *context, double from, double to, float lambertian, int first, int renew, rbf_job *j)
@@ -22,7 +16,7 @@ static bsdfrbf_status choose_scaled(bsdfrbf_context *context, double from, doubl
 	rbf_fitted *m = &j->fitted;
 	if (j->scale)
 		rbf_scale_lobes(m, j->scale, 0);
-	bsdfrbf_status status = (renew || j->scale) && rbf_label_renew(m, m->candidates) ? out_of_memory(context) : BSDFRBF_OK;
+	bsdfrbf_status status = (renew || j->scale) && rbf_label_renew(m, m->candidates) ? rbf_out_of_memory(context) : BSDFRBF_OK;
 	if (status == BSDFRBF_OK && first)
 		status = rbf_left_out_make(context, m, lambertian, 0, &j->left_out);
 	if (status == BSDFRBF_OK)
@@ -42,7 +36,7 @@ static bsdfrbf_status choose_grey(bsdfrbf_context *context, double from, double 
 {
 	rbf_grey grey;
 	if (rbf_grey_begin(&j->fitted, &grey))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	const bsdfrbf_status status = choose_scaled(context, from, to, rbf_grey_of(&grey, c->lambertian), first, grey.lobes != NULL, j);
 	rbf_grey_end(&j->fitted, &grey);
 	return status;
@@ -52,7 +46,6 @@ bsdfrbf_status rbf_frames_first(bsdfrbf_context *context, double from, double to
 {
 	rbf_fitted *m = &j->fitted;
 	rbf_left_out_free(&j->left_out);
-	memset(&j->left_out, 0, sizeof j->left_out);
 	free(j->scale);
 	j->scale = malloc(((size_t)m->bases + 1) * sizeof *j->scale);
 	const int found = j->scale ? rbf_scale_find(m, c->lambertian[rbf_luminance(m->channels)], j->scale) : -1;
@@ -60,14 +53,13 @@ bsdfrbf_status rbf_frames_first(bsdfrbf_context *context, double from, double to
 		free(j->scale);
 		j->scale = NULL;
 	}
-	return found < 0 ? out_of_memory(context) : choose_grey(context, from, to, 1, j, c);
+	return found < 0 ? rbf_out_of_memory(context) : choose_grey(context, from, to, 1, j, c);
 }
 
 bsdfrbf_status rbf_frames_rest(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
 {
 	const bsdfrbf_status status = choose_grey(context, from, to, 0, j, c);
 	rbf_left_out_free(&j->left_out);
-	memset(&j->left_out, 0, sizeof j->left_out);
 	return status;
 }
 
@@ -113,7 +105,7 @@ bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, double from, double to,
 	}
 	rbf_unseen_end(unseen);
 	if (failed)
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	if (!j->filled)
 		return BSDFRBF_OK;
 	rbf_choice_free(&j->choice);

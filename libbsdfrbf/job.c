@@ -42,18 +42,13 @@ void rbf_job_free(rbf_job *j)
 	rbf_choice_free(&j->choice);
 }
 
-static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
-{
-	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
-}
-
 bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all, const char *name, rbf_job *j)
 {
 	j->measured.ready = all->ready;
 	j->measured.incidence = calloc(all->count + 1, sizeof *j->measured.incidence);
 	j->direction = calloc(3 * all->count + 3, sizeof *j->direction);
 	if (!j->measured.incidence || !j->direction)
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	for (size_t i = 0; i < all->count; i++) {
 		const rbf_incidence *in = &all->incidence[i];
 		double theta, phi;
@@ -95,7 +90,7 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 	free_fits(j);
 	rbf_fitted *m = &j->fitted;
 	if (!j->measured.ready && rbf_fit_lambertian(m->team, &j->measured, channels, c->lambertian)) /* ready lobes contain it */
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	m->bases = (uint32_t)bases;
 	m->channels = (uint32_t)channels;
 	m->direction = j->direction;
@@ -104,7 +99,7 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 	j->fit_error = malloc(((size_t)bases + 1) * sizeof *j->fit_error);
 	j->scatter = malloc(((size_t)bases + 1) * sizeof *j->scatter);
 	if (!m->lobes || !j->fit_error || !j->scatter)
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	uint32_t *count = j->lobes = malloc(((size_t)bases + 1) * sizeof *count);
 	rbf_trials trials = {0};
 	float error[RBF_TRIALS_MOST];
@@ -125,7 +120,7 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 	}
 	if (failed || rbf_progress(context, "lobes", progress)) {
 		rbf_trials_free(&trials);
-		return failed ? out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
+		return failed ? rbf_out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < bases; b++) {
@@ -137,7 +132,7 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 		|| (!j->measured.ready && rbf_expect_fit(&j->measured, &trials, m, c->lambertian, count, j->scatter));
 	rbf_trials_free(&trials);
 	if (failed)
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	double energy = 0;
 	for (int64_t b = 0; b < bases; b++)
 		for (uint32_t i = 0; i < m->lobes[b].count; i++)

@@ -41,6 +41,7 @@ void rbf_left_out_free(rbf_left_out *b)
 	free(b->trial);
 	free(b->arrived);
 	free(b->value);
+	*b = (rbf_left_out){0};
 }
 
 /* Test directions: half drawn from the fit itself, half by cosine; weights by the balance heuristic (Veach 1997). */

@@ -15,11 +15,6 @@ static const float GUESS_GAIN = .8f, ANGLES_GAIN = .7f;
 static const float GUESS = .15f; /* of the difference between two guesses */
 static const double CROSS_MOST = .5; /* of all light, that planes of incidence are from what others at their azimuth tell: as much is dark else */
 
-static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
-{
-	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
-}
-
 /* Fits and choice of another job, which takes the place of the first if it predicts incidences that are left out with less than `gain` times its
  * error. */
 static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, float gain,
@@ -29,7 +24,7 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 	memcpy(lambertian, c->lambertian, sizeof lambertian); /* fits set it */
 	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
 	if (rbf_label_prepare(&other->fitted))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_frames_choose(context, from, to, other, c));
 	RBF_TRY(rbf_frames_fill(context, from, to, other, c));
 	if (other->choice.error < gain * j->choice.error) {
@@ -78,11 +73,11 @@ static bsdfrbf_status try_guess(bsdfrbf_context *context, const char *name, int 
 	int failed = rbf_job_copy(j, channels, 1, &other);
 	for (size_t b = 0; b < j->measured.count && !failed; b++)
 		failed = rbf_one_plane_complete(&other.measured.incidence[b], channels, by, 1);
-	bsdfrbf_status status = failed ? out_of_memory(context) : BSDFRBF_OK;
+	bsdfrbf_status status = failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 	if (status == BSDFRBF_OK && has_guesses(&other)) {
 		status = try_other(context, name, channels, lobes, from, to, gain, j, &other, c);
 		if (status == BSDFRBF_OK && has_guesses(j) && doubt_guess(j, &other, c))
-			status = out_of_memory(context);
+			status = rbf_out_of_memory(context);
 	}
 	rbf_job_free(&other);
 	return status;
@@ -120,19 +115,19 @@ static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int 
 	const rbf_cross_plan plan = {channels, j->transmits, j->symmetry.symmetry, measured};
 	memcpy(measured, c->lambertian, sizeof measured);
 	if (rank_cross(&j->measured, &plan, by, &error))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	for (int n = 0; n < 2 && (n ? has_guesses(j) : error < CROSS_MOST) && status == BSDFRBF_OK; n++) {
 		rbf_job other;
 		memcpy(kept, c->lambertian, sizeof kept);
 		if (rbf_job_copy(j, channels, 1, &other) || rbf_cross_planes_complete(&other.measured, &plan, by[n]))
-			status = out_of_memory(context);
+			status = rbf_out_of_memory(context);
 		else if (has_guesses(&other))
 			status = n ? rbf_job_fit(context, name, channels, lobes, from, &other, c)
 				: try_other(context, name, channels, lobes, from, to, INFINITY, j, &other, c);
 		if (n)
 			memcpy(c->lambertian, kept, sizeof kept);
 		if (status == BSDFRBF_OK && n && has_guesses(&other) && doubt_guess(j, &other, c))
-			status = out_of_memory(context);
+			status = rbf_out_of_memory(context);
 		rbf_job_free(&other);
 	}
 	if (status == BSDFRBF_OK && !has_guesses(j))
@@ -147,7 +142,7 @@ bsdfrbf_status rbf_others_try(bsdfrbf_context *context, const char *name, int ch
 	if (j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
 	if (rbf_scan_lines(&j->measured, &lines))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	if (has_guesses(j)) /* by tangential components so far */
 		RBF_TRY(try_guess(context, name, channels, lobes, from, to, RBF_PLANE_ANGLES, j, c));
 	const int guess = lines && j->turned && !has_guesses(j);
@@ -158,7 +153,7 @@ bsdfrbf_status rbf_others_try(bsdfrbf_context *context, const char *name, int ch
 	}
 	for (rbf_lines way = RBF_LINES_BRIDGED; way <= RBF_LINES_FILLED && lines; way++) {
 		rbf_job other;
-		bsdfrbf_status status = rbf_job_copy(j, channels, 0, &other) ? out_of_memory(context) : BSDFRBF_OK;
+		bsdfrbf_status status = rbf_job_copy(j, channels, 0, &other) ? rbf_out_of_memory(context) : BSDFRBF_OK;
 		for (size_t b = 0; b < j->measured.count && status == BSDFRBF_OK; b++)
 			other.measured.incidence[b].lines = way;
 		if (status == BSDFRBF_OK)

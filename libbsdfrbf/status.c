@@ -76,6 +76,11 @@ bsdfrbf_status rbf_fail(bsdfrbf_context *context, bsdfrbf_status status, const c
 	return status;
 }
 
+bsdfrbf_status rbf_out_of_memory(bsdfrbf_context *context)
+{
+	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+}
+
 void rbf_warn(bsdfrbf_context *context, const char *format, ...)
 {
 	if (!context || !context->warn)

@@ -8,6 +8,9 @@
 bsdfrbf_status rbf_fail(bsdfrbf_context *context, bsdfrbf_status status, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
+/* The same for want of memory, where no more can be said. */
+bsdfrbf_status rbf_out_of_memory(bsdfrbf_context *context);
+
 /* Passes a warning on. */
 void rbf_warn(bsdfrbf_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

@@ -15,11 +15,6 @@ static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: ha
 static const float ISOTROPIC = .5f; /* of the leave-one-out error */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
-static bsdfrbf_status out_of_memory(bsdfrbf_context *context)
-{
-	return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
-}
-
 bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
@@ -27,13 +22,13 @@ bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_j
 	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
 	rbf_asymmetry found, other;
 	if (rbf_asymmetry_of(m, m->symmetry, lambertian, &found))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	c->facts.asymmetry = found.mean;
 	if (!(found.mean > noise))
 		return BSDFRBF_OK;
 	if (j->symmetry.other != m->symmetry) {
 		if (rbf_asymmetry_of(m, j->symmetry.other, lambertian, &other))
-			return out_of_memory(context);
+			return rbf_out_of_memory(context);
 		if (other.mean >= 0 && other.mean < fmaxf(noise, ASYMMETRY_LESS * found.mean)) {
 			char had[sizeof j->symmetry.text];
 			const int asked = j->symmetry.other != RBF_UP;
@@ -61,7 +56,7 @@ bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int cha
 {
 	const int gone = rbf_turned_join(&j->measured, channels, j->direction);
 	if (gone < 0 || (gone && rbf_one_plane_beside(&j->measured, channels)))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	return gone ? rbf_job_fit(context, name, channels, lobes, progress, j, c) : BSDFRBF_OK;
 }
 
@@ -73,7 +68,7 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, co
 	if (j->turned || j->measured.ready || !(left_out > 0))
 		return BSDFRBF_OK;
 	if (rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], ISOTROPIC * left_out, &error))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	if (error < 0 || error > ISOTROPIC * left_out)
 		return BSDFRBF_OK;
 	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by no more than %.1f %% on average: taken as isotropic, "
@@ -90,12 +85,12 @@ static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int
 	double error[2];
 	memset(&other->fitted.mesh, 0, sizeof other->fitted.mesh);
 	if (rbf_folded_join(symmetry, channels, &other->measured, other->direction, fold, &other->folded))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	rbf_symmetry_found(symmetry, &other->symmetry);
 	if (rbf_job_fit_joined(j, fold, c->lambertian, other))
-		return out_of_memory(context);
+		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_mesh_build(context, symmetry, other->measured.count, other->direction, NULL, &other->fitted.mesh));
-	const bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? out_of_memory(context) : rbf_frames_first(context, from, to, other, c);
+	const bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? rbf_out_of_memory(context) : rbf_frames_first(context, from, to, other, c);
 	if (status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)channels)], error) && error[1] < error[0]) {
 		rbf_warn(context, "%s: images of incidences differ from what was measured around them by %.1f %% on average, as interpolation and noise do: "
 			"taken as %s, not as %s; -s %c keeps them apart", name, 100 * (double)difference, other->symmetry.text, had,
@@ -123,7 +118,7 @@ bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int c
 	rbf_job other;
 	rbf_fold *fold = malloc((j->measured.count + 1) * sizeof *fold);
 	const int failed = rbf_job_copy(j, channels, 0, &other) || !fold;
-	const bsdfrbf_status status = failed ? out_of_memory(context)
+	const bsdfrbf_status status = failed ? rbf_out_of_memory(context)
 		: try_images(context, name, channels, from, to, symmetry, difference, fold, j, &other, c);
 	free(fold);
 	rbf_job_free(&other);
