@@ -399,7 +399,7 @@ static bsdfrbf_status choose_first(bsdfrbf_context *context, const rbf_left_out 
 		best.frame[0] = best_prediction(b->fitted);
 		failed = rbf_left_out_error(b, &best, NULL);
 		*choice = best;
-		return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
+		return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 	}
 	for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
 		if (!may_join(b->fitted, &best, map))
@@ -413,7 +413,7 @@ static bsdfrbf_status choose_first(bsdfrbf_context *context, const rbf_left_out 
 	*choice = best;
 	if (rbf_progress(context, "frames", from + step * RBF_MAPS_LISTED))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
+	return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 }
 
 /* All the rest. */
@@ -478,7 +478,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		failed = ask_across(context, b, lambertian, &best, &moved);
 	win(&best, &moved, failed ? 0 : MOVED_GAIN);
 	*choice = best;
-	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
+	return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_choose_first(bsdfrbf_context *context, const rbf_left_out *left_out, double from, double to, rbf_choice *choice)

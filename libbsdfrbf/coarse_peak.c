@@ -38,8 +38,7 @@ float rbf_coarse_peak(const rbf_measured *measured, int channels, const float di
 	const float at[3] = {(float)peak[0], (float)peak[1], (float)peak[2]}, most = in->dsf[step * top + y];
 	if (rbf_tree_of(&tree, in->count, in->outgoing))
 		return -1;
-	for (size_t i = 0; i < tree.count; i++)
-		tree.index[i] = (uint32_t)i;
+	rbf_tree_own_order(&tree, NULL);
 	const float gap = rbf_tree_gap(&tree, at, 1);
 	rbf_tree_free(&tree);
 	*apart = gap * (float)DEGREES;

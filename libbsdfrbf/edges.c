@@ -102,7 +102,7 @@ bsdfrbf_status rbf_edges_move(bsdfrbf_context *context, const rbf_fitted *m, con
 	free(first);
 	free(length);
 	if (failed)
-		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		return rbf_out_of_memory(context);
 	if (total >= RBF_NO_SHIFT)
 		return rbf_fail(context, BSDFRBF_ERR_UNSUPPORTED, "residual transport needs too many entries; use fewer lobes (-l)");
 	return BSDFRBF_OK;

@@ -76,7 +76,7 @@ bsdfrbf_status rbf_energy_warn(bsdfrbf_context *context, const bsdfrbf_model *mo
 				"diffuser's 1/pi");
 		const int guess = is_guess(model, data, c, d, worst - 1, &apart);
 		if (guess < 0)
-			return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+			return rbf_out_of_memory(context);
 		if (guess)
 			snprintf(remedy, sizeof remedy, "a peak there is narrower than the samples are apart (%.1f degrees), which makes its light a guess: "
 				"measure finer at the peak", (double)apart);

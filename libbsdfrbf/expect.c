@@ -84,7 +84,7 @@ static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint3
 	rbf_mirror(op, in, in);
 	unsigned char *out = calloc(m->bases, 1);
 	if (!out)
-		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		return rbf_out_of_memory(context);
 	rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, base, out);
 	const bsdfrbf_status status = rbf_mesh_build(context, m->symmetry, m->bases, m->direction, out, &mesh);
 	free(out);
@@ -213,7 +213,7 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const r
 	double usual = 0;
 	double *area = calloc((size_t)m->bases + 1, sizeof *area);
 	float *own = malloc(((size_t)m->bases + 1) * sizeof *own), *apart = malloc(((size_t)m->mesh.elements + 1) * sizeof *apart);
-	bsdfrbf_status status = known && area && own && apart ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	bsdfrbf_status status = known && area && own && apart ? BSDFRBF_OK : rbf_out_of_memory(context);
 	uint32_t told = 0;
 	for (uint32_t b = 0; b < m->bases; b++)
 		expected[b] = 0;

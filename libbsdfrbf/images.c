@@ -64,7 +64,7 @@ static bsdfrbf_status ask(bsdfrbf_context *context, rbf_fitted *m, float lambert
 	asked.base_error = NULL;
 	bsdfrbf_status status = rbf_left_out_images(context, m, lambertian, op, &b);
 	if (status == BSDFRBF_OK && rbf_left_out_error(&b, &asked, NULL))
-		status = rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		status = rbf_out_of_memory(context);
 	if (status == BSDFRBF_OK) {
 		rbf_left_out_spans(&b, span);
 		*t = tell(m->bases, span, asked.base_error);
@@ -95,7 +95,7 @@ bsdfrbf_status rbf_images_find(bsdfrbf_context *context, const rbf_left_out *lef
 	unsigned asked = 0, best = 0;
 	*found = m->symmetry;
 	const int had = rbf_symmetry_ops(m->symmetry, has);
-	bsdfrbf_status status = span ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	bsdfrbf_status status = span ? BSDFRBF_OK : rbf_out_of_memory(context);
 	if (span) {
 		rbf_left_out_spans(left_out, span);
 		own = tell(m->bases, span, choice->base_error);

@@ -16,26 +16,24 @@ static int ascending(const void *a, const void *b)
 static float incidence_floor(const rbf_incidence *in, int channels, int channel)
 {
 	const size_t step = in->count / FLOOR_PLACES + 1;
-	float (*w)[3] = malloc((in->count + 1) * sizeof *w), floor = 0;
-	float *mean = malloc((in->count / step + 1) * sizeof *mean);
+	float *mean = malloc((in->count / step + 1) * sizeof *mean), floor = 0;
 	rbf_tree tree = {0};
 	size_t used = 0;
-	for (size_t i = 0; w && i < in->count; i++)
-		for (int a = 0; a < 3; a++)
-			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
-	if (!w || !mean || rbf_tree_build(&tree, in->count, (const float (*)[3])w))
+	if (!mean || rbf_tree_of(&tree, in->count, in->outgoing))
 		floor = -1;
 	else {
 		for (size_t i = step / 2; i < in->count; i += step) {
+			const double *at = in->outgoing + 3*i;
+			const float w[3] = {(float)at[0], (float)at[1], (float)at[2]};
 			uint32_t index[NEIGHBOURS];
 			float distance[NEIGHBOURS];
 			double sum = 0, cosine = 0;
-			if (w[i][2] < .15f)
+			if (w[2] < .15f)
 				continue;
-			const int found = rbf_tree_nearest(&tree, w[i], NEIGHBOURS, index, distance);
+			const int found = rbf_tree_nearest(&tree, w, NEIGHBOURS, index, distance);
 			for (int j = 0; j < found; j++) {
 				sum += (double)in->dsf[(size_t)index[j] * (size_t)channels + (size_t)channel];
-				cosine += (double)w[index[j]][2];
+				cosine += in->outgoing[3 * (size_t)index[j] + 2];
 			}
 			mean[used++] = (float)(sum / cosine);
 		}
@@ -45,7 +43,6 @@ static float incidence_floor(const rbf_incidence *in, int channels, int channel)
 		}
 	}
 	rbf_tree_free(&tree);
-	free(w);
 	free(mean);
 	return floor;
 }

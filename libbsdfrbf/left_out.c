@@ -99,7 +99,7 @@ static int place_trial(bsdfrbf_context *context, const rbf_left_out *b, const un
 	const rbf_fitted *m = b->fitted;
 	unsigned char *out = malloc(m->bases);
 	int inside = -1;
-	*status = out ? BSDFRBF_OK : rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+	*status = out ? BSDFRBF_OK : rbf_out_of_memory(context);
 	if (out)
 		memcpy(out, left_out, m->bases);
 	for (int pass = 0; pass <= across && *status == BSDFRBF_OK; pass++) {
@@ -126,7 +126,7 @@ static int place_trial(bsdfrbf_context *context, const rbf_left_out *b, const un
 				t->knot[k++] = knot[t->vertex[n].base];
 		}
 		if (!knot)
-			*status = rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+			*status = rbf_out_of_memory(context);
 		free(knot);
 		rbf_mesh_free(&mesh);
 	}
@@ -179,7 +179,7 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float
 				rbf_level_of(m, b->arrived, out, t->vertex[n].base, &t->arrived[k++]);
 			}
 			if (count_trial(&m->lobes[base], lambertian, b))
-				return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+				return rbf_out_of_memory(context);
 		}
 	return BSDFRBF_OK;
 }
@@ -208,7 +208,7 @@ bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *m, floa
 		for (uint32_t p = 0; p < t->points && !failed && b->trials > before; p++)
 			rbf_mirror(op, t->point[p], t->point[p]);
 	}
-	return failed ? rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory") : BSDFRBF_OK;
+	return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, rbf_left_out *b)
@@ -221,7 +221,7 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 	b->arrived = rbf_levels_arrived(m);
 	b->value = b->arrived ? rbf_tune_arrived(m->bases, b->arrived) : NULL;
 	const bsdfrbf_status status = b->trial && sent && out && b->value ? make_trials(context, m, lambertian, across, sent, out, b)
-		: rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		: rbf_out_of_memory(context);
 	free(sent);
 	free(out);
 	return status;

@@ -9,6 +9,7 @@
 #include "draws.h"
 #include "integrate.h"
 #include "kernel.h"
+#include "small_system.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -60,23 +61,6 @@ static void look_around(const rbf_fitted *m, const unsigned char *out, const flo
 			if (square > APART && (!op[n] || square_between(d, own) > APART)) /* else it is its own image */
 				keep(a, plane ? IN_PLANE : AROUND, b, d, square);
 		}
-	}
-}
-
-/* Solves a positive definite system in place. */
-static void solve(double a[TERMS][TERMS], double x[TERMS])
-{
-	for (int i = 0; i < TERMS; i++)
-		for (int j = i + 1; j < TERMS; j++) {
-			const double part = a[j][i] / a[i][i];
-			for (int k = i; k < TERMS; k++)
-				a[j][k] -= part * a[i][k];
-			x[j] -= part * x[i];
-		}
-	for (int i = TERMS - 1; i >= 0; i--) {
-		for (int k = i + 1; k < TERMS; k++)
-			x[i] -= a[i][k] * x[k];
-		x[i] /= a[i][i];
 	}
 }
 
@@ -148,7 +132,7 @@ void rbf_level_of(const rbf_fitted *m, const float root[], const unsigned char *
 		trace += normal[n][n];
 	for (int n = 0; n < TERMS; n++)
 		normal[n][n] += trace * (n < 2 ? RIDGE : RIDGE_SECOND);
-	solve(normal, x);
+	rbf_small_system_solve(TERMS, normal[0], x, 0);
 	for (int n = 0; n < 3; n++)
 		level->slope[n] = (float)((x[0] * (double)t[n] + x[1] * (double)s[n]) / unit);
 }

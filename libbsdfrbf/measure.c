@@ -14,7 +14,7 @@ bsdfrbf_data *bsdfrbf_data_new(bsdfrbf_context *context)
 {
 	bsdfrbf_data *data = calloc(1, sizeof *data);
 	if (!data)
-		rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		rbf_out_of_memory(context);
 	return data;
 }
 
@@ -301,7 +301,7 @@ bsdfrbf_status rbf_data_join(bsdfrbf_context *context, bsdfrbf_data *data, size_
 		free(items);
 		free(source);
 		free(label);
-		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		return rbf_out_of_memory(context);
 	}
 	commit(data, items, used, fresh);
 	free(items);
@@ -372,7 +372,7 @@ bsdfrbf_status bsdfrbf_data_add(bsdfrbf_context *context, bsdfrbf_data *data, co
 			if (!(fabs(value[c]) <= RBF_VALUE_MAX))
 				status = rbf_fail(context, BSDFRBF_ERR_DATA, "value of sample %zu is not finite or beyond 1e12 per sr", i);
 		if (!status && !rbf_gather_add(&gather, unit, value, quantity))
-			status = rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+			status = rbf_out_of_memory(context);
 	}
 	if (!status)
 		status = rbf_data_join(context, data, 1, &gather, NULL, NULL);

@@ -211,7 +211,7 @@ bsdfrbf_status rbf_hull(bsdfrbf_context *context, size_t count, const double (*d
 		if (messages)
 			fclose(messages);
 		free(text);
-		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		return rbf_out_of_memory(context);
 	}
 	for (size_t i = 0; i < count; i++) {
 		const double lift = 1 + LIFT * atan2(fabs(direction[i][1]), fabs(direction[i][0]));
@@ -240,7 +240,7 @@ bsdfrbf_status rbf_hull(bsdfrbf_context *context, size_t count, const double (*d
 		free(*triangle);
 		*triangle = NULL;
 		*triangles = 0;
-		status = rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		status = rbf_out_of_memory(context);
 	}
 	free(text);
 	return status;

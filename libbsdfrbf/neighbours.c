@@ -105,6 +105,15 @@ int rbf_tree_of(rbf_tree *tree, size_t count, const double *points)
 	return failed ? -1 : 0;
 }
 
+void rbf_tree_own_order(rbf_tree *tree, uint32_t *from)
+{
+	for (size_t i = 0; i < tree->count; i++) {
+		if (from)
+			from[i] = tree->index[i];
+		tree->index[i] = (uint32_t)i;
+	}
+}
+
 void rbf_tree_free(rbf_tree *tree)
 {
 	free(tree->point);

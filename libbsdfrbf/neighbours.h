@@ -16,6 +16,8 @@ typedef struct rbf_tree {
 int rbf_tree_build(rbf_tree *tree, size_t count, const float (*points)[3]);
 /* The same of count x 3 doubles. */
 int rbf_tree_of(rbf_tree *tree, size_t count, const double *points);
+/* From now on the tree answers in its own order; from, or NULL: takes which of the caller's points each was. */
+void rbf_tree_own_order(rbf_tree *tree, uint32_t *from);
 void rbf_tree_free(rbf_tree *tree);
 
 enum { RBF_NEAREST_MOST = 64 };

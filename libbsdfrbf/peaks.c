@@ -3,6 +3,7 @@
  * many. What counts is how far one stands out of its surroundings, not how high it is: errors are relative. A peak that is seen
  * down to its foot is also tried without what lies under it. */
 #include "peaks.h"
+#include "small_system.h"
 #include "vector.h"
 
 #include <math.h>
@@ -10,30 +11,6 @@
 enum { PEAKS = RBF_PEAKS_MOST / 6, PEAK_AROUND = 48 };
 static const float PEAK_PART = .05f; /* of a peak's own height */
 static const double PEAK_SEEN = 2;   /* a sample lies within so many sigmas of a peak's top */
-
-/* Solves the 4 x 4 system in place by elimination with pivots; 0 if it is singular. */
-static int solve4(double m[4][5])
-{
-	for (int c = 0; c < 4; c++) {
-		int pivot = c;
-		for (int r = c + 1; r < 4; r++)
-			if (fabs(m[r][c]) > fabs(m[pivot][c]))
-				pivot = r;
-		if (!(fabs(m[pivot][c]) > 1e-12))
-			return 0;
-		for (int i = 0; i < 5; i++) {
-			const double t = m[c][i];
-			m[c][i] = m[pivot][i];
-			m[pivot][i] = t;
-		}
-		for (int r = 0; r < 4; r++) {
-			const double f = m[r][c] / m[c][c];
-			for (int i = c; i < 5 && r != c; i++)
-				m[r][i] -= f * m[c][i];
-		}
-	}
-	return 1;
-}
 
 /* A Gaussian by regression, log(y - base) = a + b.t - kappa/2 t^2 over the nearest samples of sample i, t in the tangent plane,
  * if the samples tell it. Returns how many: 1 or 0. */
@@ -46,7 +23,7 @@ static int add_peak(const rbf_peaks_samples *k, const double sigma[2], size_t i,
 	float t[3], u[3];
 	rbf_basis(w, t, u);
 	const double unit = sqrt((double)distance[count - 1]);
-	double m[4][5] = {{0}};
+	double m[4][4] = {{0}}, a[4] = {0}; /* log y - base = a.(1, x, y, x^2 + y^2) */
 	float peak = 0;
 	int used = 0;
 	if (count < nearest || !(unit > 0))
@@ -56,18 +33,19 @@ static int add_peak(const rbf_peaks_samples *k, const double sigma[2], size_t i,
 	for (int j = 0; j < count; j++) {
 		const float *p = k->tree->point[index[j]], level = k->level[index[j]] - base;
 		const double x = (double)rbf_dot(p, t) / unit, y = (double)rbf_dot(p, u) / unit;
-		const double row[5] = {1, x, y, x*x + y*y, (double)logf(fmaxf(level, 1e-30f))};
+		const double row[4] = {1, x, y, x*x + y*y}, log_level = (double)logf(fmaxf(level, 1e-30f));
 		if (level < PEAK_PART * peak)
 			continue;
 		used++;
-		for (int r = 0; r < 4; r++)
-			for (int q = 0; q < 5; q++)
+		for (int r = 0; r < 4; r++) {
+			for (int q = 0; q < 4; q++)
 				m[r][q] += row[r] * row[q];
+			a[r] += row[r] * log_level;
+		}
 	}
-	if (used < 6 || !solve4(m))
+	if (used < 6 || !rbf_small_system_solve(4, m[0], a, 1e-12))
 		return 0;
-	const double curvature = -2 * m[3][4] / m[3][3], kappa = curvature / (unit * unit);
-	const double x = m[1][4] / m[1][1] / curvature * unit, y = m[2][4] / m[2][2] / curvature * unit;
+	const double curvature = -2 * a[3], kappa = curvature / (unit * unit), x = a[1] / curvature * unit, y = a[2] / curvature * unit;
 	if (!(kappa > 1 / (sigma[1] * sigma[1])) || !(kappa < 1 / (sigma[0] * sigma[0])) || !(hypot(x, y) < unit))
 		return 0;
 	for (int q = 0; q < 3; q++)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "scan_lines.h"
 #include "neighbours.h"
+#include "small_system.h"
 #include "vector3.h"
 
 #include <string.h>
@@ -18,8 +19,7 @@ static int on_lines(const rbf_incidence *in)
 	int found = 0;
 	if (rbf_tree_of(&tree, in->count, in->outgoing))
 		return -1;
-	for (size_t i = 0; i < in->count; i++)
-		tree.index[i] = (uint32_t)i;
+	rbf_tree_own_order(&tree, NULL);
 	for (size_t n = 0; n < SAMPLES && in->count; n++)
 		found += !(rbf_tree_gap(&tree, tree.point[n * in->count / SAMPLES], 0) > 0);
 	rbf_tree_free(&tree);
@@ -48,7 +48,7 @@ static double rough_normal(const rbf_incidence *in, double normal[3])
  * in what they are along two axes of the plane, and 1. Returns the offset. */
 static double fit_plane(const rbf_incidence *in, int with_offset, double normal[3])
 {
-	double along[3] = {0}, across[3], row[3][3] = {{0}}, off[3] = {0}, solution[3], c[3];
+	double along[3] = {0}, across[3], row[3][3] = {{0}}, solution[3] = {0};
 	along[fabs(normal[0]) < .7 ? 0 : 1] = 1;
 	rbf_cross3(normal, along, across);
 	rbf_unit3(across);
@@ -58,18 +58,12 @@ static double fit_plane(const rbf_incidence *in, int with_offset, double normal[
 		for (int n = 0; n < 3; n++) {
 			for (int m = 0; m < 3; m++)
 				row[n][m] += a[n] * a[m];
-			off[n] += a[n] * rbf_dot3(normal, w);
+			solution[n] += a[n] * rbf_dot3(normal, w);
 		}
 	}
 	row[2][2] += !with_offset;
-	rbf_cross3(row[1], row[2], c);
-	const double determinant = rbf_dot3(row[0], c);
-	if (!(determinant > 1e-9 * row[0][0] * row[1][1] * row[2][2]))
+	if (!rbf_small_system_solve(3, row[0], solution, 1e-9))
 		return 0;
-	for (int n = 0; n < 3; n++) { /* the matrix is symmetric: its rows are its columns */
-		rbf_cross3(row[(n + 1) % 3], row[(n + 2) % 3], c);
-		solution[n] = rbf_dot3(off, c) / determinant;
-	}
 	for (int n = 0; n < 3; n++)
 		normal[n] -= solution[0] * along[n] + solution[1] * across[n];
 	return solution[2] / rbf_unit3(normal);

@@ -31,33 +31,23 @@ static ptrdiff_t place_of(const rbf_tree *tree, const float q[3], int bridged)
 	return distance <= reach * reach ? (ptrdiff_t)place : -1;
 }
 
-/* A tree whose index is its own order, and whose points come from these places. NULL: out of memory. */
-static uint32_t *build(rbf_tree *tree, size_t count, const float (*w)[3])
+/* Has a tree, as it was made, answer in its own order. Returns which of the caller's points each was, NULL: out of memory, or it was not made. */
+static uint32_t *own_order(rbf_tree *tree, int failed)
 {
-	uint32_t *from = malloc((count + 1) * sizeof *from);
-	if (!from || rbf_tree_build(tree, count, w)) {
-		free(from);
-		return NULL;
-	}
-	for (size_t i = 0; i < count; i++) {
-		from[i] = tree->index[i];
-		tree->index[i] = (uint32_t)i;
-	}
+	uint32_t *from = failed ? NULL : malloc((tree->count + 1) * sizeof *from);
+	if (from)
+		rbf_tree_own_order(tree, from);
 	return from;
 }
 
 int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 {
-	float (*w)[3] = malloc((in->count + 1) * sizeof *w), q[3];
+	float q[3];
 	int unseen = 0;
 	memset(seen, 0, sizeof *seen);
 	seen->bridged = in->lines == RBF_LINES_BRIDGED;
-	for (size_t i = 0; i < in->count && w; i++)
-		for (int a = 0; a < 3; a++)
-			w[i][a] = (float)in->outgoing[3*i + (size_t)a];
-	seen->sample = w ? build(&seen->measured, in->count, (const float (*)[3])w) : NULL;
+	seen->sample = own_order(&seen->measured, rbf_tree_of(&seen->measured, in->count, in->outgoing));
 	const int failed = !seen->sample;
-	free(w);
 	for (int n = 0; n < COARSE && !failed; n++) {
 		lattice(n, COARSE, q);
 		unseen += place_of(&seen->measured, q, seen->bridged) < 0;
@@ -108,7 +98,7 @@ int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], c
 	rbf_tree_free(&seen->filled);
 	free(seen->certainty);
 	seen->certainty = malloc((count + 1) * sizeof *seen->certainty);
-	uint32_t *from = build(&seen->filled, count, direction);
+	uint32_t *from = own_order(&seen->filled, rbf_tree_build(&seen->filled, count, direction));
 	for (uint32_t i = 0; i < count && from && seen->certainty; i++)
 		seen->certainty[i] = certainty[from[i]];
 	free(from);

@@ -265,7 +265,7 @@ bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "no incident directions");
 	double *azimuth = malloc(count * 13 * sizeof *azimuth);
 	if (!azimuth)
-		return rbf_fail(context, BSDFRBF_ERR_MEMORY, "out of memory");
+		return rbf_out_of_memory(context);
 	size_t n = 0;
 	int one_azimuth = 1;
 	const double *pivot = NULL; /* the direction furthest from the normal has the most certain azimuth */
