@@ -2,6 +2,7 @@
 #include "cross_scans.h"
 #include "model.h"
 #include "one_plane.h"
+#include "small_system.h"
 #include "vector3.h"
 
 #include <stdlib.h>
@@ -134,49 +135,20 @@ static void from_plane(const target *t, const double local[3], double w[3])
 /* Distance and azimuth, by the ellipse, of a direction from the middle of a part, and the other way round, which returns 0 if there is no such direction. */
 static void place_of(const target *t, enum rbf_cross_part part, const double w[3], double *distance, double *azimuth)
 {
-	double l[3];
-	const double middle = part == RBF_CROSS_BACK ? t->from.theta : -t->from.theta, s = sin(middle), c = cos(middle);
+	double l[3], times;
 	to_plane(t, w, l);
-	double along = l[0] - s;
-	const double across = l[1];
-	if (t->from.by[part] == RBF_CROSS_ANGLES)
-		along = l[0] * c - l[2] * s;
-	*distance = hypot(along, across);
-	*azimuth = t->from.azimuth + atan2(across, along);
-	if (t->from.by[part] == RBF_CROSS_ANGLES)
-		*distance = atan2(*distance, l[0] * s + l[2] * c);
-	else if (t->from.by[part] == RBF_CROSS_SLOPES)
-		*distance /= l[2] + c;
-	double times;
-	*azimuth = rbf_ellipse_on(&t->from.ellipse[part], *azimuth, &times);
+	rbf_falloff_place(t->from.by[part], part == RBF_CROSS_BACK ? t->from.theta : -t->from.theta, l, distance, azimuth);
+	*azimuth = rbf_ellipse_on(&t->from.ellipse[part], t->from.azimuth + *azimuth, &times);
 	*distance *= times;
 }
 
 static int direction_at(const target *t, enum rbf_cross_part part, double distance, double azimuth, double w[3])
 {
-	const double middle = part == RBF_CROSS_BACK ? t->from.theta : -t->from.theta, s = sin(middle), c = cos(middle);
 	double l[3], times;
 	azimuth = rbf_ellipse_off(&t->from.ellipse[part], azimuth, &times) - t->from.azimuth;
-	distance *= times;
-	const double a = cos(azimuth), b = sin(azimuth);
-	if (t->from.by[part] == RBF_CROSS_COSINES) {
-		l[0] = s + distance * a;
-		l[1] = distance * b;
-		l[2] = sqrt(fmax(1 - l[0]*l[0] - l[1]*l[1], 0));
-	} else if (t->from.by[part] == RBF_CROSS_ANGLES) {
-		l[0] = cos(distance) * s + sin(distance) * a * c;
-		l[1] = sin(distance) * b;
-		l[2] = cos(distance) * c - sin(distance) * a * s;
-	} else { /* mirrored by a facet of that slope; the source is at -s, c */
-		double h[3] = {distance * a, distance * b, 1};
-		rbf_unit3(h);
-		const double k = 2 * (h[2] * c - h[0] * s);
-		l[0] = k * h[0] + s;
-		l[1] = k * h[1];
-		l[2] = k * h[2] - c;
-	}
+	const int some = rbf_falloff_direction(t->from.by[part], part == RBF_CROSS_BACK ? t->from.theta : -t->from.theta, distance * times, azimuth, l);
 	from_plane(t, l, w);
-	return l[2] > RBF_PLANE_LOWEST && (t->from.by[part] != RBF_CROSS_ANGLES || distance < RBF_PI);
+	return some;
 }
 
 /* How far off light is that much fainter than in the middle; 0: it is not known, or it is that faint in the middle. */
@@ -196,7 +168,7 @@ static double width_at(const target *t, enum rbf_cross_part part, size_t g, int 
 
 /* Adds what widths at a level tell to the normal equations of a quadratic form of the azimuth's direction, a + b cos 2 azimuth + c sin 2 azimuth, which is to be 1
  * over the squared width; all over that of their mean. Returns the least of that. */
-static double add_widths(const target *t, enum rbf_cross_part part, double level, double m[3][4])
+static double add_widths(const target *t, enum rbf_cross_part part, double level, double m[3][3], double right[3])
 {
 	const rbf_cross_scans *p = t->of;
 	double mean = 0, widest = 0;
@@ -207,32 +179,20 @@ static double add_widths(const target *t, enum rbf_cross_part part, double level
 		for (size_t g = 0; g < p->groups; g++)
 			for (int side = -1; side <= 1; side += 2) {
 				const double width = width_at(t, part, g, side, level), square = pow(width / exp(pass ? mean / (double)known : 0), 2);
-				const double row[4] = {square, square * cos(2 * p->group[g].azimuth), square * sin(2 * p->group[g].azimuth), 1};
+				const double row[3] = {square, square * cos(2 * p->group[g].azimuth), square * sin(2 * p->group[g].azimuth)};
 				if (!(width > 0))
 					continue;
 				mean += pass ? 0 : log(width);
 				known += !pass;
 				widest = pass ? fmax(widest, square) : 0;
-				for (int i = 0; i < 3 && pass; i++)
-					for (int n = 0; n < 4; n++)
+				for (int i = 0; i < 3 && pass; i++) {
+					for (int n = 0; n < 3; n++)
 						m[i][n] += row[i] * row[n];
+					right[i] += row[i];
+				}
 			}
 	}
 	return 1 / widest;
-}
-
-static void solve(double m[3][4], double x[3])
-{
-	for (int i = 0; i < 3; i++) /* positive definite, by the ridge */
-		for (int k = i + 1; k < 3; k++)
-			for (int n = 3; n >= i; n--)
-				m[k][n] -= m[k][i] / m[i][i] * m[i][n];
-	for (int i = 2; i >= 0; i--) {
-		x[i] = m[i][3];
-		for (int n = i + 1; n < 3; n++)
-			x[i] -= m[i][n] * x[n];
-		x[i] /= m[i][i];
-	}
 }
 
 /* The ellipse, as large as a circle, that is like contours about the middle. */
@@ -240,7 +200,7 @@ static void set_ellipse(target *t, enum rbf_cross_part part)
 {
 	const rbf_cross_scans *p = t->of;
 	const int y = (int)rbf_luminance((uint32_t)p->channels);
-	double top = 0, m[3][4] = {{RIDGE}, {0, RIDGE}, {0, 0, RIDGE}}, x[3], f[RBF_PLANE_CHANNELS], least = 0;
+	double top = 0, m[3][3] = {{RIDGE}, {0, RIDGE}, {0, 0, RIDGE}}, x[3] = {0}, f[RBF_PLANE_CHANNELS], least = 0;
 	int tops = 0;
 	for (size_t g = 0; g < p->groups; g++)
 		for (int side = -1; side <= 1; side += 2)
@@ -249,11 +209,10 @@ static void set_ellipse(target *t, enum rbf_cross_part part)
 				tops++;
 			}
 	for (int n = 1; n <= LEVELS && top > 0; n++) {
-		const double found = add_widths(t, part, top / tops * n / (LEVELS + 1), m);
+		const double found = add_widths(t, part, top / tops * n / (LEVELS + 1), m, x);
 		least = least > 0 && found > 0 ? fmin(least, found) : fmax(least, found);
 	}
-	solve(m, x);
-	if (!(least > 0))
+	if (!rbf_small_system_solve(3, m[0], x, 0) || !(least > 0))
 		return;
 	const double wide = fmax(x[0] - hypot(x[1], x[2]), least / STRETCH), narrow = x[0] + hypot(x[1], x[2]);
 	if (narrow > wide)
@@ -299,7 +258,7 @@ static void add_rings(const target *t, rbf_incidence *in)
 				place_of(t, (enum rbf_cross_part)of, w, &distance, &at);
 				known = add_part(t, (enum rbf_cross_part)of, distance, at, f) || of;
 				for (int c = 0; c < p->channels; c++)
-					sum[c] += f[c] / rbf_cross_carried(t->from.by[of], w[2], cos(t->from.theta));
+					sum[c] += f[c] / rbf_falloff_carried(t->from.by[of], w[2], cos(t->from.theta));
 			}
 			if (!known)
 				continue;
@@ -329,7 +288,7 @@ static int complete(const rbf_cross_scans *p, rbf_incidence *in)
 		t->from.theta = rbf_theta3(in->direction);
 		t->from.azimuth = sine > RBF_CROSS_NORMAL ? atan2(in->direction[1], in->direction[0]) : atan2(-normal[0], normal[1]);
 		t->from.by[RBF_CROSS_MIRRORED] = p->by;
-		t->from.by[RBF_CROSS_BACK] = RBF_CROSS_ANGLES;
+		t->from.by[RBF_CROSS_BACK] = RBF_FALLOFF_ANGLES;
 		for (int part = 0; part < RBF_CROSS_PARTS; part++) {
 			t->from.ellipse[part] = RBF_ROUND;
 			set_ellipse(t, (enum rbf_cross_part)part);
@@ -358,7 +317,7 @@ int rbf_cross_planes_only(const rbf_measured *measured)
 	return azimuths > 1;
 }
 
-int rbf_cross_planes_complete(rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by)
+int rbf_cross_planes_complete(rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_falloff by)
 {
 	rbf_cross_scans p;
 	for (size_t b = 0; b < measured->count; b++) {
@@ -379,7 +338,7 @@ static void add_difference(const rbf_cross_scans *p, const rbf_cross_scan *s, si
 {
 	const int y = (int)rbf_luminance((uint32_t)p->channels);
 	const rbf_plane_point *point = s->part[RBF_CROSS_MIRRORED];
-	target t = {.of = p, .from = {s->theta, s->azimuth, side > 0 ? s->base : RBF_CROSS_NONE, {p->by, RBF_CROSS_ANGLES}, {RBF_ROUND, RBF_ROUND}}};
+	target t = {.of = p, .from = {s->theta, s->azimuth, side > 0 ? s->base : RBF_CROSS_NONE, {p->by, RBF_FALLOFF_ANGLES}, {RBF_ROUND, RBF_ROUND}}};
 	for (size_t i = 1; i + 1 < s->count; i++) {
 		const double place = point[i].s, z = sqrt(fmax(1 - place * place, 0));
 		const double w[3] = {place * cos(s->azimuth), place * sin(s->azimuth), z};
@@ -388,7 +347,7 @@ static void add_difference(const rbf_cross_scans *p, const rbf_cross_scan *s, si
 		if (!rbf_cross_at(p, &t.from, group, RBF_CROSS_MIRRORED, distance, cos(azimuth - s->azimuth) > 0 ? side : -side, f))
 			continue;
 		const double area = fabs(place + sin(s->theta)) * (point[i + 1].s - point[i - 1].s) * z;
-		*difference += fabs(f[y] / rbf_cross_carried(p->by, z, cos(s->theta)) - point[i].f[y]) * area;
+		*difference += fabs(f[y] / rbf_falloff_carried(p->by, z, cos(s->theta)) - point[i].f[y]) * area;
 		*light += (fmax(point[i].f[y], 0) + p->floor[y]) * area;
 	}
 }
@@ -402,7 +361,7 @@ static size_t opposite(const rbf_cross_scans *p, size_t group)
 	return g;
 }
 
-int rbf_cross_planes_error(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by, double *error)
+int rbf_cross_planes_error(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_falloff by, double *error)
 {
 	rbf_cross_scans p;
 	double difference[2] = {0}, light[2] = {0};

@@ -7,11 +7,8 @@
  */
 #ifndef RBF_CROSS_PLANES_H
 #define RBF_CROSS_PLANES_H
-#include "measure.h"
+#include "falloff.h"
 #include "mesh.h"
-
-/* What is alike at all azimuths: slopes of facets, distances in tangential components, or angles. */
-enum rbf_cross { RBF_CROSS_SLOPES, RBF_CROSS_COSINES, RBF_CROSS_ANGLES, RBF_CROSSES };
 
 /* Whether all incidences were measured in their plane of incidence alone, and at more than one azimuth. */
 int rbf_cross_planes_only(const rbf_measured *measured);
@@ -24,8 +21,8 @@ typedef struct rbf_cross_plan {
 
 /* How far, by that, planes of incidence are from what others at their azimuth tell, lit at other angles, and half of how far from what the opposite azimuth
  * tells, of all light. What is not alike even there is not at other azimuths. Returns 0, or -1 when out of memory. */
-int rbf_cross_planes_error(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by, double *error);
+int rbf_cross_planes_error(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_falloff by, double *error);
 
 /* Sets `guessed` samples beside the planes of such incidences. Arrays are realloc'ed. Opens an OpenMP region. Returns 0, or -1 when out of memory. */
-int rbf_cross_planes_complete(rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by);
+int rbf_cross_planes_complete(rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_falloff by);
 #endif

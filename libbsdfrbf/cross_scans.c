@@ -21,18 +21,17 @@ static int by_theta(const void *a, const void *b)
 }
 
 /* What a scan shows at a distance to one side: to 1 from its middle towards the source, to -1 away from it. 0: nothing is known. */
-static int scan_at(const rbf_cross_scans *p, const rbf_cross_scan *s, enum rbf_cross_part part, enum rbf_cross by, double distance, int side, double f[RBF_PLANE_CHANNELS])
+static int scan_at(const rbf_cross_scans *p, const rbf_cross_scan *s, enum rbf_cross_part part, enum rbf_falloff by, double distance, int side, double f[RBF_PLANE_CHANNELS])
 {
 	const double middle = part == RBF_CROSS_BACK ? s->theta : -s->theta;
-	const double angle = by == RBF_CROSS_SLOPES ? 2 * side * atan(distance) + middle : middle + side * distance;
-	const double place = by == RBF_CROSS_COSINES ? sin(middle) + side * distance : fabs(angle) < RBF_PI / 2 ? sin(angle) : 2;
+	const double place = rbf_falloff_along(by, middle, distance, side);
 	for (int c = 0; c < p->channels; c++)
 		f[c] = 0;
 	if (!s->part[part]) /* nothing goes there, as far as was measured */
 		return fabs(place) < 1;
 	if (!rbf_plane_at(s->part[part], s->count, p->channels, place, f))
 		return 0;
-	const double times = rbf_cross_carried(by, sqrt(fmax(1 - place * place, 0)), cos(s->theta));
+	const double times = rbf_falloff_carried(by, sqrt(fmax(1 - place * place, 0)), cos(s->theta));
 	for (int c = 0; c < p->channels; c++)
 		f[c] *= times;
 	return 1;
@@ -161,7 +160,7 @@ void rbf_cross_end(rbf_cross_scans *p)
 	free(p->group);
 }
 
-int rbf_cross_begin(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by, rbf_cross_scans *p)
+int rbf_cross_begin(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_falloff by, rbf_cross_scans *p)
 {
 	*p = (rbf_cross_scans){.channels = plan->channels, .by = by, .transmits = plan->transmits};
 	p->scan = malloc((2 * OPS * measured->count + 1) * sizeof *p->scan);

@@ -4,7 +4,6 @@
 #define RBF_CROSS_SCANS_H
 #include "cross_planes.h"
 #include "ellipse.h"
-#include "plane_scan.h"
 
 #define RBF_CROSS_NONE SIZE_MAX
 #define RBF_CROSS_SAME .02   /* rad: azimuths that are one */
@@ -25,7 +24,7 @@ typedef struct rbf_cross_group { double azimuth; size_t first, count; } rbf_cros
 
 typedef struct rbf_cross_scans {
 	int channels;
-	enum rbf_cross by;
+	enum rbf_falloff by;
 	int transmits;
 	double floor[RBF_PLANE_CHANNELS];
 	rbf_cross_scan *scan;
@@ -37,19 +36,12 @@ typedef struct rbf_cross_scans {
 typedef struct rbf_cross_source {
 	double theta, azimuth;
 	size_t without; /* an incidence that is not to tell, or RBF_CROSS_NONE */
-	enum rbf_cross by[RBF_CROSS_PARTS];
+	enum rbf_falloff by[RBF_CROSS_PARTS];
 	rbf_ellipse ellipse[RBF_CROSS_PARTS];
 } rbf_cross_source;
 
-/* What f is multiplied by where it is compared, so that as much light is sent from wherever it comes: facets send it into solid angles that shrink with the cosine
- * of incidence. */
-static inline double rbf_cross_carried(enum rbf_cross by, double exitant, double incident)
-{
-	return by == RBF_CROSS_COSINES ? 1 : fmax(by == RBF_CROSS_SLOPES ? exitant * incident : exitant, RBF_PLANE_LOWEST);
-}
-
 /* Returns 0, or -1 when out of memory; to be ended in any case. */
-int rbf_cross_begin(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by, rbf_cross_scans *scans);
+int rbf_cross_begin(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_falloff by, rbf_cross_scans *scans);
 void rbf_cross_end(rbf_cross_scans *scans);
 
 /* What planes at one azimuth show of a part, at a distance by the ellipse, towards the source (side 1) or away from it (-1), at a polar angle between those that

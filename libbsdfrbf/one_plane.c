@@ -10,49 +10,35 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RINGS = 40, AROUND = 24, PEAKS = RBF_PLANE_PEAKS, CHANNELS = RBF_PLANE_CHANNELS, LEAST = 3, MANY = 30 };
+enum { RINGS = 40, AROUND = 24, PEAKS = RBF_PLANE_PEAKS, CHANNELS = RBF_PLANE_CHANNELS, LEAST = 3, MANY = 30, APART = 2 /* samples that the highest may be off a peak's middle */ };
 static const double BESIDE = .15;   /* sine of the azimuth to the plane: what is nearer is measured */
 static const double SEEN = .3;      /* of the distance to the peak: a sample that near tells more */
 static const double NEAREST = .003; /* of the rings */
 
-/* A peak: its place, and how it falls off. */
-typedef struct peak { double s; enum rbf_one_plane by; } peak;
+/* A peak: its angle, and how it falls off. */
+typedef struct peak { double middle; enum rbf_falloff by; } peak;
 
 /* What lies at a distance to one side of a peak; 0: nothing is known there. */
 static int profile(const peak *of, const rbf_plane_point *p, size_t count, int channels, double distance, int side, double f[CHANNELS])
 {
-	const double angle = asin(of->s) + side * distance;
-	const double s = of->by == RBF_PLANE_COSINES ? of->s + side * distance : fabs(angle) < RBF_PI / 2 ? sin(angle) : 2;
-	return rbf_plane_at(p, count, channels, s, f);
-}
-
-/* Direction (along, across, normal) at a distance from a peak, at an azimuth that is 0 along the plane. Returns 0 if it is none. */
-static int direction_at(const peak *from, double distance, double azimuth, double w[3])
-{
-	const double a = cos(azimuth), h = sin(azimuth), place = asin(from->s);
-	if (from->by == RBF_PLANE_COSINES) {
-		w[0] = from->s + distance * a;
-		w[1] = distance * h;
-		w[2] = sqrt(fmax(1 - w[0]*w[0] - w[1]*w[1], 0));
-	} else {
-		w[0] = cos(distance) * sin(place) + sin(distance) * a * cos(place);
-		w[1] = sin(distance) * h;
-		w[2] = cos(distance) * cos(place) - sin(distance) * a * sin(place);
-	}
-	return w[2] > RBF_PLANE_LOWEST && distance < RBF_PI;
+	const double s = rbf_falloff_along(of->by, of->middle, distance, side);
+	if (!rbf_plane_at(p, count, channels, s, f))
+		return 0;
+	for (int c = 0; c < channels && of->by == RBF_FALLOFF_SLOPES; c++)
+		f[c] *= rbf_falloff_carried(of->by, sqrt(fmax(1 - s*s, 0)), cos(of->middle));
+	return 1;
 }
 
 /* Adds what a peak sends to a direction. Returns whether it is known. */
 static int add_peak(const peak *of, const rbf_plane_point *p, size_t count, int channels, const double w[3], double f[CHANNELS])
 {
-	const double place = asin(of->s), along = of->by == RBF_PLANE_COSINES ? w[0] - of->s : w[0] * cos(place) - w[2] * sin(place), tangent = hypot(along, w[1]);
-	const double distance = of->by == RBF_PLANE_COSINES ? tangent : atan2(tangent, w[0] * sin(place) + w[2] * cos(place));
-	const double ahead = tangent > 0 ? .5 * (1 + along / tangent) : .5;
-	double side[2][CHANNELS];
+	double side[2][CHANNELS], distance, azimuth;
+	rbf_falloff_place(of->by, of->middle, w, &distance, &azimuth);
 	const int front = profile(of, p, count, channels, distance, 1, side[0]), back = profile(of, p, count, channels, distance, -1, side[1]);
-	const double share = front && back ? ahead : front;
+	const double share = front && back ? .5 * (1 + cos(azimuth)) : front;
+	const double carried = of->by == RBF_FALLOFF_SLOPES ? rbf_falloff_carried(of->by, w[2], cos(of->middle)) : 1;
 	for (int c = 0; c < channels; c++)
-		f[c] += (front ? share * side[0][c] : 0) + (back ? (1 - share) * side[1][c] : 0);
+		f[c] += ((front ? share * side[0][c] : 0) + (back ? (1 - share) * side[1][c] : 0)) / carried;
 	return front || back;
 }
 
@@ -67,14 +53,14 @@ static int is_seen(const rbf_tree *tree, const double w[3], double distance)
 
 /* Rings about each peak, added to `samples` samples; tree: of these, NULL: what is near the plane is seen, nothing else. Room is there. Returns the
  * new count. */
-static size_t add_rings(const rbf_plane_point *p, const peak peak[PEAKS], int peaks, size_t count, int channels, const double plane[2], const rbf_tree *tree,
-	size_t samples, double *outgoing, float *dsf)
+static size_t add_rings(const rbf_plane_point *p, const peak peak[PEAKS], int peaks, size_t count, int channels, const double floor[CHANNELS], const double plane[2],
+	const rbf_tree *tree, size_t samples, double *outgoing, float *dsf)
 {
 	for (int r = 0; r < RINGS * peaks; r++)
 		for (int a = 0; a < AROUND; a++) {
 			const double distance = NEAREST * pow(2 / NEAREST, (r % RINGS + .5) / RINGS), azimuth = 2 * RBF_PI * (a + .5) / AROUND;
 			double w[3], f[CHANNELS] = {0}, *to = outgoing + 3 * samples;
-			int known = fabs(sin(azimuth)) > BESIDE && direction_at(&peak[r / RINGS], distance, azimuth, w);
+			int known = fabs(sin(azimuth)) > BESIDE && rbf_falloff_direction(peak[r / RINGS].by, peak[r / RINGS].middle, distance, azimuth, w);
 			for (int k = 0; k < peaks && known; k++)
 				known = add_peak(&peak[k], p + (size_t)k * count, count, channels, w, f) || k;
 			if (!known)
@@ -85,7 +71,7 @@ static size_t add_rings(const rbf_plane_point *p, const peak peak[PEAKS], int pe
 			if (tree && is_seen(tree, to, distance))
 				continue;
 			for (int c = 0; c < channels; c++)
-				dsf[samples * (size_t)channels + (size_t)c] = (float)(f[c] * w[2]);
+				dsf[samples * (size_t)channels + (size_t)c] = (float)((f[c] + floor[c]) * w[2]);
 			samples++;
 		}
 	return samples;
@@ -97,17 +83,29 @@ int rbf_one_plane_only(const rbf_incidence *in, double normal[3])
 	return measured.count >= LEAST && rbf_scan_plane(&measured, normal) && fabs(normal[2]) < BESIDE;
 }
 
-/* The peaks of so many points, in rows of p. Returns how many. */
-static int peaks_of(rbf_plane_point *p, size_t points, int channels, double source, enum rbf_one_plane by, peak peak[PEAKS])
+/* How many samples lie between two places. */
+static size_t between(const rbf_plane_point *p, size_t points, double a, double b)
+{
+	size_t some = 0;
+	for (size_t i = 0; i < points; i++)
+		some += p[i].s > fmin(a, b) && p[i].s < fmax(a, b);
+	return some;
+}
+
+/* The peaks of so many points, in rows of p. What is slopes' middle, or seems to be, is the mirrored direction. Returns how many. */
+static int peaks_of(rbf_plane_point *p, size_t points, int channels, double source, enum rbf_falloff by, peak peak[PEAKS])
 {
 	double place[PEAKS];
 	const int peaks = rbf_plane_peaks(p, points, channels, place);
-	for (int k = 0; k < peaks; k++)
-		peak[k] = (struct peak){place[k], rbf_plane_goes_back(place[k], source) ? RBF_PLANE_ANGLES : by};
+	for (int k = 0; k < peaks; k++) {
+		peak[k] = (struct peak){asin(place[k]), rbf_plane_goes_back(place[k], source) ? RBF_FALLOFF_ANGLES : by};
+		if (peak[k].by == RBF_FALLOFF_SLOPES || between(p, points, place[k], -source) <= APART)
+			peak[k].middle = -asin(source);
+	}
 	return peaks;
 }
 
-int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane by, int all)
+int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_falloff by, const float *lambertian, int all)
 {
 	double normal[3];
 	const int only = rbf_one_plane_only(in, normal);
@@ -128,9 +126,15 @@ int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_one_plane b
 		const double length = hypot(normal[0], normal[1]), plane[2] = {normal[1] / length, -normal[0] / length};
 		const double source = fmin(fmax(in->direction[0]*plane[0] + in->direction[1]*plane[1], -1), 1);
 		const size_t points = rbf_plane_points(in, channels, normal, plane, p);
+		double floor[CHANNELS];
+		for (int c = 0; c < channels; c++) {
+			floor[c] = lambertian ? (double)lambertian[c] / RBF_PI : 0;
+			for (size_t i = 0; i < points; i++)
+				p[i].f[c] -= floor[c];
+		}
 		peak peak[PEAKS];
 		const int peaks = points >= (only ? LEAST : MANY) ? peaks_of(p, points, channels, source, by, peak) : 0;
-		in->count = add_rings(p, peak, peaks, points, channels, plane, only ? NULL : &tree, count, outgoing, dsf);
+		in->count = add_rings(p, peak, peaks, points, channels, floor, plane, only ? NULL : &tree, count, outgoing, dsf);
 		in->guessed = in->count - count;
 	}
 	rbf_tree_free(&tree);
@@ -145,6 +149,6 @@ int rbf_one_plane_beside(rbf_measured *measured, int channels)
 	for (size_t b = 0; b < measured->count && only; b++)
 		only = rbf_one_plane_only(&measured->incidence[b], normal);
 	for (size_t b = 0; b < measured->count && only && !failed; b++)
-		failed = rbf_one_plane_complete(&measured->incidence[b], channels, RBF_PLANE_COSINES, 0);
+		failed = rbf_one_plane_complete(&measured->incidence[b], channels, RBF_FALLOFF_COSINES, NULL, 0);
 	return failed;
 }

@@ -10,8 +10,8 @@
 #include <string.h>
 
 static const float OTHER_GAIN = .95f; /* of the leave-one-out error */
-/* likewise, for what is guessed alike at all incidences; and for angles where facets may mirror, as what is seen too coarsely looks alike, too */
-static const float GUESS_GAIN = .8f, ANGLES_GAIN = .7f;
+/* likewise, for what is guessed alike at all incidences; and for angles where facets may mirror, as they are rare there */
+static const float GUESS_GAIN = .8f, ANGLES_GAIN = .9f;
 static const float GUESS = .15f; /* of the difference between two guesses */
 static const double CROSS_MOST = .5; /* of all light, that planes of incidence are from what others at their azimuth tell: as much is dark else */
 
@@ -64,15 +64,15 @@ static int has_guesses(const rbf_job *j)
 	return some;
 }
 
-/* The same with light guessed beside the plane of incidence, by tangential components or by angles. */
+/* The same with light guessed beside the plane of incidence in one way. */
 static bsdfrbf_status try_guess(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to,
-	enum rbf_one_plane by, rbf_job *j, rbf_component *c)
+	enum rbf_falloff by, rbf_job *j, rbf_component *c)
 {
-	const float gain = by == RBF_PLANE_ANGLES && !j->transmits ? ANGLES_GAIN : has_guesses(j) ? OTHER_GAIN : GUESS_GAIN;
+	const float gain = by == RBF_FALLOFF_ANGLES && !j->transmits ? ANGLES_GAIN : has_guesses(j) ? OTHER_GAIN : GUESS_GAIN;
 	rbf_job other;
 	int failed = rbf_job_copy(j, channels, 1, &other);
 	for (size_t b = 0; b < j->measured.count && !failed; b++)
-		failed = rbf_one_plane_complete(&other.measured.incidence[b], channels, by, 1);
+		failed = rbf_one_plane_complete(&other.measured.incidence[b], channels, by, by == RBF_FALLOFF_SLOPES ? c->lambertian : NULL, 1);
 	bsdfrbf_status status = failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 	if (status == BSDFRBF_OK && has_guesses(&other)) {
 		status = try_other(context, name, channels, lobes, from, to, gain, j, &other, c);
@@ -83,17 +83,28 @@ static bsdfrbf_status try_guess(bsdfrbf_context *context, const char *name, int 
 	return status;
 }
 
+/* In all ways; what guesses there are so far are by tangential components. Facets do not mirror what is transmitted. */
+static bsdfrbf_status try_guesses(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
+	rbf_component *c)
+{
+	static const enum rbf_falloff by[] = {RBF_FALLOFF_COSINES, RBF_FALLOFF_SLOPES, RBF_FALLOFF_ANGLES};
+	for (size_t n = has_guesses(j) ? 1 : 0; n < sizeof by / sizeof *by; n++)
+		if (by[n] != RBF_FALLOFF_SLOPES || !j->transmits)
+			RBF_TRY(try_guess(context, name, channels, lobes, from, to, by[n], j, c));
+	return BSDFRBF_OK;
+}
+
 /* By what planes of incidence at the same azimuth have in common: the best of all ways, and the next. Sets *error to that of the best. Returns 0, or -1 when out of
  * memory. */
-static int rank_cross(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_cross by[2], double *error)
+static int rank_cross(const rbf_measured *measured, const rbf_cross_plan *plan, enum rbf_falloff by[2], double *error)
 {
-	double of[RBF_CROSSES];
-	by[0] = by[1] = RBF_CROSSES;
-	for (enum rbf_cross way = 0; way < RBF_CROSSES; way++) {
+	double of[RBF_FALLOFFS];
+	by[0] = by[1] = RBF_FALLOFFS;
+	for (enum rbf_falloff way = 0; way < RBF_FALLOFFS; way++) {
 		if (rbf_cross_planes_error(measured, plan, way, &of[way]))
 			return -1;
 		for (int n = 0; n < 2; n++)
-			if (by[n] == RBF_CROSSES || of[way] < of[by[n]]) {
+			if (by[n] == RBF_FALLOFFS || of[way] < of[by[n]]) {
 				by[1] = n ? way : by[0];
 				by[0] = n ? by[0] : way;
 				break;
@@ -110,7 +121,7 @@ static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int 
 {
 	float measured[3], kept[3];
 	double error;
-	enum rbf_cross by[2];
+	enum rbf_falloff by[2];
 	bsdfrbf_status status = BSDFRBF_OK;
 	const rbf_cross_plan plan = {channels, j->transmits, j->symmetry.symmetry, measured};
 	memcpy(measured, c->lambertian, sizeof measured);
@@ -143,8 +154,8 @@ bsdfrbf_status rbf_others_try(bsdfrbf_context *context, const char *name, int ch
 		return BSDFRBF_OK;
 	if (rbf_scan_lines(&j->measured, &lines))
 		return rbf_out_of_memory(context);
-	if (has_guesses(j)) /* by tangential components so far */
-		RBF_TRY(try_guess(context, name, channels, lobes, from, to, RBF_PLANE_ANGLES, j, c));
+	if (has_guesses(j))
+		RBF_TRY(try_guesses(context, name, channels, lobes, from, to, j, c));
 	const int guess = lines && j->turned && !has_guesses(j);
 	if (!j->turned && rbf_cross_planes_only(&j->measured)) {
 		RBF_TRY(try_cross(context, name, channels, lobes, from, to, j, c));
@@ -161,7 +172,5 @@ bsdfrbf_status rbf_others_try(bsdfrbf_context *context, const char *name, int ch
 		rbf_job_free(&other);
 		RBF_TRY(status);
 	}
-	for (enum rbf_one_plane by = RBF_PLANE_COSINES; by < RBF_PLANES && guess; by++)
-		RBF_TRY(try_guess(context, name, channels, lobes, from, to, by, j, c));
-	return BSDFRBF_OK;
+	return guess ? try_guesses(context, name, channels, lobes, from, to, j, c) : BSDFRBF_OK;
 }

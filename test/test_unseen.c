@@ -285,14 +285,23 @@ static void to_and_fro(const double in[3], const double out[3], double xyz[3])
 	xyz[0] = xyz[1] = xyz[2] = xyz[0] + .3 * exp(-80 * (x*x + y*y + z*z));
 }
 
-/* What was measured in the plane of incidence alone falls off beside it as along it, by angles or by tangential components: which of them is found. */
+/* Mirrored by facets, by their slopes, over a ground. */
+static void in_slopes(const double in[3], const double out[3], double xyz[3])
+{
+	const double x = in[0] + out[0], y = in[1] + out[1], z = in[2] + out[2];
+	xyz[0] = xyz[1] = xyz[2] = .01 + .2 * exp(-20 * (x*x + y*y) / (z*z)) / fmax(in[2] * out[2], .02);
+}
+
+/* What was measured in the plane of incidence alone falls off beside it as along it, by angles, tangential components or slopes: which of them is found; also where
+ * the highest sample is beside the peak. */
 static void one_plane(void **state)
 {
 	(void)state;
 	static double out[200][3], value[200];
-	static bsdf *const material[3] = {gloss, in_cosines, to_and_fro};
-	static const char *const name[3] = {"by angles", "by cosines", "two peaks"};
-	for (int n = 0; n < 3; n++) {
+	static bsdf *const material[] = {gloss, in_cosines, to_and_fro, in_slopes, in_slopes};
+	static const char *const name[] = {"by angles", "by cosines", "two peaks", "by slopes", "by slopes, coarsely"};
+	static const int apart[] = {1, 1, 1, 1, 4};
+	for (int n = 0; n < 5; n++) {
 		bsdfrbf_context *context = bsdfrbf_context_new();
 		bsdfrbf_data *data = bsdfrbf_data_new(context);
 		warned = 0;
@@ -300,7 +309,7 @@ static void one_plane(void **state)
 		for (int theta = 0; theta <= 60; theta += 15) {
 			double in[3];
 			polar(theta, 0, in);
-			const size_t count = scan_line(material[n], in, 0, 1, 1, 0, out, value);
+			const size_t count = scan_line(material[n], in, 0, apart[n], 1, 0, out, value);
 			assert_int_equal(bsdfrbf_data_add(context, data, in, count, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
 		}
 		bsdfrbf_model *model = fixture_build_data(context, data, 0, 2);
