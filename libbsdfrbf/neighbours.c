@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "neighbours.h"
+#include "lanes.h"
 #include "vector.h"
 
 #include <math.h>
@@ -9,53 +10,64 @@
 enum { LEAF = 12, BRANCHLESS = 24, GAP_AROUND = 48 };
 static const float AXIS = .41421356f; /* tan 22.5 degrees */
 
-/* The median of a range is its node, split along the axis of largest extent. */
-static int widest(const rbf_tree *t, size_t from, size_t to)
+/* A point and the caller's index of it, whose bits are the last lane. */
+typedef rbf_lanes item;
+
+static inline item item_of(const float point[3], uint32_t index)
 {
-	float low[3], high[3];
-	memcpy(low, t->point[from], sizeof low);
-	memcpy(high, low, sizeof high);
-	for (size_t i = from + 1; i < to; i++)
-		for (int a = 0; a < 3; a++) {
-			if (t->point[i][a] < low[a]) low[a] = t->point[i][a];
-			if (t->point[i][a] > high[a]) high[a] = t->point[i][a];
-		}
+	item i = {point[0], point[1], point[2], 0};
+	rbf_lane_mask bits = (rbf_lane_mask)i;
+	bits[3] = (int32_t)index;
+	return (item)bits;
+}
+
+static inline uint32_t index_of(item i)
+{
+	const rbf_lane_mask bits = (rbf_lane_mask)i;
+	return (uint32_t)bits[3];
+}
+
+/* The median of a range is its node, split along the axis of largest extent. */
+static int widest(const item *list, size_t from, size_t to)
+{
+	item low = list[from], high = low;
+	for (size_t i = from + 1; i < to; i++) {
+		low = rbf_lanes_min(list[i], low);
+		high = rbf_lanes_max(list[i], high);
+	}
+	const item extent = high - low;
 	int axis = 0;
 	for (int a = 1; a < 3; a++)
-		if (high[a] - low[a] > high[axis] - low[axis])
+		if (extent[a] > extent[axis])
 			axis = a;
 	return axis;
 }
 
-static void exchange(rbf_tree *t, size_t a, size_t b)
+static inline void exchange(item *list, size_t a, size_t b)
 {
-	float p[3];
-	memcpy(p, t->point[a], sizeof p);
-	memcpy(t->point[a], t->point[b], sizeof p);
-	memcpy(t->point[b], p, sizeof p);
-	const uint32_t i = t->index[a];
-	t->index[a] = t->index[b];
-	t->index[b] = i;
+	const item i = list[a];
+	list[a] = list[b];
+	list[b] = i;
 }
 
-/* Ties are broken by the caller's index, so that the order is the same everywhere. */
-static int before(const rbf_tree *t, size_t i, int axis, float value, uint32_t index)
-{
-	return t->point[i][axis] < value || (t->point[i][axis] == value && t->index[i] < index);
-}
-
-static void quickselect(rbf_tree *t, size_t from, size_t to, size_t nth, int axis)
+/* Ties are broken by the caller's index, so that the order is the same everywhere. Which side a point belongs to cannot be foreseen: nothing branches
+ * on that. axis: constant. place: room. */
+static inline __attribute__((always_inline)) void quickselect(item *list, size_t from, size_t to, size_t nth, int axis, uint32_t *place)
 {
 	while (to - from > 1) {
 		const size_t middle = from + (to - from) / 2;
-		exchange(t, middle, to - 1);
-		const float value = t->point[to - 1][axis];
-		const uint32_t index = t->index[to - 1];
-		size_t store = from;
-		for (size_t i = from; i < to - 1; i++)
-			if (before(t, i, axis, value, index))
-				exchange(t, i, store++);
-		exchange(t, store, to - 1);
+		exchange(list, middle, to - 1);
+		const float value = list[to - 1][axis];
+		const uint32_t index = index_of(list[to - 1]);
+		size_t before = 0;
+		for (size_t i = from; i < to - 1; i++) {
+			place[before] = (uint32_t)i;
+			before += (list[i][axis] < value) | ((list[i][axis] == value) & (index_of(list[i]) < index));
+		}
+		for (size_t i = 0; i < before; i++)
+			exchange(list, place[i], from + i);
+		const size_t store = from + before;
+		exchange(list, store, to - 1);
 		if (store == nth)
 			return;
 		if (store < nth)
@@ -65,33 +77,45 @@ static void quickselect(rbf_tree *t, size_t from, size_t to, size_t nth, int axi
 	}
 }
 
-static void build(rbf_tree *t, size_t from, size_t to)
+/* The tree's indices are room until they are known. */
+static void build(rbf_tree *t, item *list, size_t from, size_t to)
 {
 	while (to - from > LEAF) {
 		const size_t middle = from + (to - from) / 2;
-		const int axis = widest(t, from, to);
-		quickselect(t, from, to, middle, axis);
+		const int axis = widest(list, from, to);
+		switch (axis) {
+		case 0: quickselect(list, from, to, middle, 0, t->index); break;
+		case 1: quickselect(list, from, to, middle, 1, t->index); break;
+		default: quickselect(list, from, to, middle, 2, t->index);
+		}
 		t->axis[middle] = (uint8_t)axis;
-		build(t, from, middle);
+		build(t, list, from, middle);
 		from = middle + 1;
 	}
 }
 
 int rbf_tree_build(rbf_tree *tree, size_t count, const float (*points)[3])
 {
+	const size_t room = count ? count : 1;
+	item *list = malloc(room * sizeof *list);
 	tree->count = count;
-	tree->point = malloc((count ? count : 1) * sizeof *tree->point);
-	tree->index = malloc((count ? count : 1) * sizeof *tree->index);
-	tree->axis = malloc(count ? count : 1);
-	if (!tree->point || !tree->index || !tree->axis) {
-		rbf_tree_free(tree);
-		return -1;
+	tree->point = malloc(room * sizeof *tree->point);
+	tree->index = malloc(room * sizeof *tree->index);
+	tree->axis = malloc(room);
+	const int failed = !list || !tree->point || !tree->index || !tree->axis;
+	for (size_t i = 0; i < count && !failed; i++)
+		list[i] = item_of(points[i], (uint32_t)i);
+	if (!failed)
+		build(tree, list, 0, count);
+	for (size_t i = 0; i < count && !failed; i++) {
+		for (int a = 0; a < 3; a++)
+			tree->point[i][a] = list[i][a];
+		tree->index[i] = index_of(list[i]);
 	}
-	memcpy(tree->point, points, count * sizeof *points);
-	for (size_t i = 0; i < count; i++)
-		tree->index[i] = (uint32_t)i;
-	build(tree, 0, count);
-	return 0;
+	free(list);
+	if (failed)
+		rbf_tree_free(tree);
+	return failed ? -1 : 0;
 }
 
 int rbf_tree_of(rbf_tree *tree, size_t count, const double *points)
