@@ -192,17 +192,26 @@ void rbf_label_release(rbf_fitted *m)
 		free(m->candidate[i].prediction);
 }
 
-/* r_f ~ prediction_f^sharpness prior_f, normalised over the frames. */
-static void responsibilities(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float sharpness, const float prior[], uint32_t i, float r[])
+/* What the predictions of lobe i say for each frame that counts, against the best of these: into its column of `evidence`. */
+static void weigh(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float sharpness, const int counts[], uint32_t i, float *evidence)
 {
-	float top = -INFINITY, sum = 0;
+	const size_t lobes = m->lobe_first[m->bases];
+	float top = -INFINITY;
 	for (uint32_t f = 0; f < frames; f++)
-		if (prior[f] > 0)
+		if (counts[f])
 			top = fmaxf(top, m->candidate[frame[f]].prediction[i]);
 	for (uint32_t f = 0; f < frames; f++) {
-		r[f] = prior[f] > 0 ? expf(sharpness * (m->candidate[frame[f]].prediction[i] - top)) * prior[f] : 0;
-		sum += r[f];
+		const float below = m->candidate[frame[f]].prediction[i] - top;
+		evidence[f * lobes + i] = !counts[f] ? 0 : below < 0 ? expf(sharpness * below) : 1;
 	}
+}
+
+/* r_f ~ prediction_f^sharpness prior_f, normalised over the frames. */
+static void responsibilities(uint32_t lobes, uint32_t frames, const float *evidence, const float prior[], uint32_t i, float r[])
+{
+	float sum = 0;
+	for (uint32_t f = 0; f < frames; f++)
+		sum += r[f] = evidence[(size_t)f * lobes + i] * prior[f];
 	for (uint32_t f = 0; f < frames; f++)
 		r[f] /= sum;
 }
@@ -247,8 +256,7 @@ void rbf_label_set(uint32_t lobes, uint32_t frames, float r[], uint32_t lobe, fl
 }
 
 /* The part of each frame in a base's light; < 0: it has none. */
-static void shares_of(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float sharpness, const float prior[], uint32_t base,
-	double part[RBF_MAX_FRAMES])
+static void shares_of(const rbf_fitted *m, uint32_t frames, const float *evidence, const float prior[], uint32_t base, double part[RBF_MAX_FRAMES])
 {
 	const rbf_lobes *l = &m->lobes[base];
 	float r[RBF_MAX_FRAMES];
@@ -256,7 +264,7 @@ static void shares_of(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 	for (uint32_t f = 0; f < frames; f++)
 		part[f] = 0;
 	for (uint32_t i = 0; i < l->count; i++) {
-		responsibilities(m, frames, frame, sharpness, prior, m->lobe_first[base] + i, r);
+		responsibilities(m->lobe_first[m->bases], frames, evidence, prior, m->lobe_first[base] + i, r);
 		total += l->mass[i];
 		for (uint32_t f = 0; f < frames; f++)
 			part[f] += r[f] * l->mass[i];
@@ -270,16 +278,31 @@ void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], rbf
 	const float least = belief.faint ? FAINT_MIN : SHARE_MIN;
 	const uint32_t lobes = m->lobe_first[m->bases];
 	float prior[RBF_MAX_FRAMES];
-	for (uint32_t f = 0; f < frames; f++)
+	int counts[RBF_MAX_FRAMES], known = 0;
+	if (frames == 1) {
+		for (uint32_t i = 0; i < lobes; i++)
+			label[i] = 1;
+		share[0] = 1;
+		return;
+	}
+	for (uint32_t f = 0; f < frames; f++) {
 		prior[f] = 1 / (float)frames;
+		counts[f] = 1;
+	}
 	for (int round = 0; round <= ROUNDS; round++) {
 		double sum[RBF_MAX_FRAMES] = {0}, part[TOGETHER][RBF_MAX_FRAMES];
 		uint32_t used = 0;
+		if (!known) { /* labels are room until they are known */
+			#pragma omp parallel for schedule(static)
+			for (uint32_t i = 0; i < lobes; i++)
+				weigh(m, frames, frame, belief.sharpness, counts, i, label);
+			known = 1;
+		}
 		for (uint32_t first = 0; first < m->bases; first += TOGETHER) {
 			const uint32_t count = m->bases - first < TOGETHER ? m->bases - first : TOGETHER;
 			#pragma omp parallel for schedule(static)
 			for (uint32_t n = 0; n < count; n++)
-				shares_of(m, frames, frame, belief.sharpness, prior, first + n, part[n]);
+				shares_of(m, frames, label, prior, first + n, part[n]);
 			for (uint32_t n = 0; n < count; n++) { /* in their order, for any number of threads */
 				used += part[n][0] >= 0;
 				for (uint32_t f = 0; f < frames; f++)
@@ -293,13 +316,16 @@ void rbf_label(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], rbf
 		}
 		if (round == ROUNDS)
 			break;
-		for (uint32_t f = 0; f < frames; f++)
+		for (uint32_t f = 0; f < frames; f++) {
 			prior[f] = share[f] < least * (float)(round + 1) / ROUNDS && kept ? 0 : belief.faint ? sqrtf(share[f]) : share[f];
+			known &= counts[f] == (prior[f] > 0);
+			counts[f] = prior[f] > 0;
+		}
 	}
 	#pragma omp parallel for schedule(static)
 	for (uint32_t i = 0; i < lobes; i++) {
 		float r[RBF_MAX_FRAMES];
-		responsibilities(m, frames, frame, belief.sharpness, prior, i, r);
+		responsibilities(lobes, frames, label, prior, i, r);
 		rbf_label_set(lobes, frames, r, i, label);
 	}
 }
