@@ -291,6 +291,28 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
+/* Lobes are settled widely if that is clearly better, or else where beams coincide unless that is clearly worse, as few incidences tell. */
+static int settle(const rbf_left_out *b, rbf_choice *best)
+{
+	rbf_choice wide = again(best), once = again(best), round = {0};
+	wide.belief.settled = 2;
+	once.belief.settled = 1;
+	int failed = rbf_choice_label_widely(b->fitted, &wide, &once);
+	if (failed) {
+		rbf_choice_free(&wide);
+		rbf_choice_free(&once);
+		return failed;
+	}
+	failed = contest(b, &round, wide, best);
+	if (failed || win(best, &round, GAIN)) {
+		rbf_choice_free(&once);
+		return failed;
+	}
+	failed = contest(b, &round, once, best);
+	win(best, &round, failed ? 0 : SETTLED_LOSS);
+	return failed;
+}
+
 /* Drops frames that no longer lower the error clearly: the first one chosen is what alone does best, which others may do better together. */
 static int drop_frames(const rbf_left_out *b, rbf_choice *best)
 {
@@ -445,18 +467,16 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	}
 	if (rbf_progress(context, "learned frames", from + step * (RBF_MAPS_LISTED + 2)))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	/* two other beliefs; and what is settled: widely if that is clearly better, or else where beams coincide unless that is clearly worse, as few
-	 * incidences tell */
 	const rbf_belief had = best.belief;
-	for (int n = 0; n < 4 && !failed && best.frames > 1 && !best.belief.settled; n++) {
+	for (int n = 0; n < 2 && !failed && best.frames > 1; n++) { /* two other beliefs */
 		rbf_choice next = again(&best), round = {0};
-		if (n < 2)
-			next.belief.sharpness = n ? had.sharpness / SHARPER : had.sharpness * SHARPER;
-		next.belief.settled = n == 2 ? 2 : n == 3;
+		next.belief.sharpness = n ? had.sharpness / SHARPER : had.sharpness * SHARPER;
 		failed = contest(b, &round, next, &best);
-		win(&best, &round, failed ? 0 : n < 2 ? 1 : n == 2 ? GAIN : SETTLED_LOSS);
+		win(&best, &round, failed ? 0 : 1);
 		*choice = best;
 	}
+	failed = failed || (best.frames > 1 && !best.belief.settled && settle(b, &best));
+	*choice = best;
 	failed = failed || drop_frames(b, &best) || limit(b, &best) || even(b, &best) || tune(b, &best);
 	*choice = best;
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */

@@ -372,16 +372,39 @@ static void drop_empty(rbf_choice *c, size_t lobes)
 	c->frames = kept;
 }
 
-int rbf_choice_label(const rbf_fitted *m, rbf_choice *choice)
+/* Labels a choice. once: gets what there is after the first sweep, if there are more and it would have no other; or NULL. */
+static int label(const rbf_fitted *m, rbf_choice *choice, rbf_choice *once)
 {
-	choice->label = malloc(((size_t)choice->frames * m->lobe_first[m->bases] + 1) * sizeof *choice->label);
+	const size_t lobes = m->lobe_first[m->bases], bytes = choice->frames * lobes * sizeof *choice->label + 1;
+	const int wide = choice->belief.settled > 1, sweeps = wide ? RBF_SETTLE_SWEEPS : choice->belief.settled;
+	choice->label = malloc(bytes);
 	if (!choice->label)
 		return -1;
 	rbf_label(m, choice->frames, choice->frame, choice->belief, choice->label, choice->share);
-	if (choice->belief.settled && rbf_settle(m, choice->frames, choice->frame, choice->belief.settled > 1, choice->label, choice->share))
-		return -1;
-	drop_empty(choice, m->lobe_first[m->bases]);
+	for (int n = 0; n < sweeps; n++) {
+		if (rbf_settle(m, choice->frames, choice->frame, wide, choice->label, choice->share))
+			return -1;
+		if (n || !once || !rbf_settle_alike(m, choice->frames, choice->frame, choice->share))
+			continue;
+		once->label = malloc(bytes);
+		if (!once->label)
+			return -1;
+		memcpy(once->label, choice->label, bytes - 1);
+		memcpy(once->share, choice->share, sizeof once->share);
+		drop_empty(once, lobes);
+	}
+	drop_empty(choice, lobes);
 	return 0;
+}
+
+int rbf_choice_label(const rbf_fitted *m, rbf_choice *choice)
+{
+	return label(m, choice, NULL);
+}
+
+int rbf_choice_label_widely(const rbf_fitted *m, rbf_choice *wide, rbf_choice *once)
+{
+	return label(m, wide, once);
 }
 
 int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choice *best)

@@ -23,6 +23,10 @@ void rbf_choice_free(rbf_choice *choice);
 /* Labels a choice that has none; frames that get no lobe go. Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up. */
 int rbf_choice_label(const rbf_fitted *fitted, rbf_choice *choice);
 
+/* The same for a choice that is to be settled widely, and for what it then has before the last sweep: the labels of another, that is but settled, if these
+ * are the same; else that one gets none. */
+int rbf_choice_label_widely(const rbf_fitted *fitted, rbf_choice *wide, rbf_choice *once);
+
 /* Incidences that are left out in turn: those inside the mesh of the others, if there are any. */
 typedef struct rbf_left_out {
 	rbf_fitted *fitted;

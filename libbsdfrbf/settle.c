@@ -7,21 +7,28 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SETTLING = 30, SWEEPS = 2 }; /* rounds at an incidence; over all of them, as what one shows depends on how its neighbours are settled */
+enum { SETTLING = 30 }; /* rounds at an incidence */
 static const float WIDE = 5; /* sigmas: beams that are nearer share lobes */
 
-/* Whether the beams of two frames are that near to each other at incidence k. */
-static int coincide(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], const float k[3], float near)
+/* How near the beams of two frames come to each other at a base. */
+static float nearest_beams(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], uint32_t base)
 {
-	float e[RBF_MAX_FRAMES][3];
+	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
+	float e[RBF_MAX_FRAMES][3], near = INFINITY;
 	for (uint32_t f = 0; f < frames; f++) {
 		const rbf_candidate *c = &m->candidate[frame[f]];
 		rbf_map_source(rbf_map_get(c->map)->kind == RBF_KIND_HALF ? RBF_MAP_MIRROR : c->map, &c->linear, k, e[f]);
 		for (uint32_t g = 0; g < f; g++)
-			if (share[f] > 0 && share[g] > 0 && hypotf(e[f][0] - e[g][0], e[f][1] - e[g][1]) < near)
-				return 1;
+			if (share[f] > 0 && share[g] > 0)
+				near = rbf_min(hypotf(e[f][0] - e[g][0], e[f][1] - e[g][1]), near);
 	}
-	return 0;
+	return near;
+}
+
+/* Whether they coincide for a lobe. reach: sigmas. */
+static int coincide(float near, const rbf_lobes *l, uint32_t lobe, float reach)
+{
+	return near < reach / sqrtf(rbf_lobe_kappa(l, lobe));
 }
 
 enum { SPREAD = 5 }; /* points that stand for a lobe: its middle, and four that have its width; exact for what changes as a cubic */
@@ -81,32 +88,47 @@ RBF_CLONES static uint32_t see(const rbf_lobes *l, const float point[3], rbf_amp
 
 typedef float lanes __attribute__((vector_size(4 * RBF_LANES)));
 
-/* What is wanted of frame f over what there is, at lobe i. amplitude: of the lobes' parts that belong to it. */
-RBF_CLONES static float lack(const matter *m, uint32_t i, uint32_t f, const rbf_amplitude *amplitude)
+/* What is wanted of each frame over what there is, at lobe i. own: the lobes' parts that belong to it. `frames` is constant. */
+static inline __attribute__((always_inline)) void lack_of(const matter *m, uint32_t i, uint32_t frames, const rbf_lobes own[], float ratio[])
 {
 	const uint32_t *first = m->first + i * SPREAD;
-	float ratio = 0;
+	for (uint32_t f = 0; f < frames; f++)
+		ratio[f] = 0;
 	for (uint32_t n = 0; n < SPREAD; n++) {
-		lanes sum = {0};
+		lanes sum[RBF_MAX_FRAMES];
+		for (uint32_t f = 0; f < frames; f++)
+			sum[f] = (lanes){0};
 		for (uint32_t b = first[n]; b < first[n + 1]; b++) {
 			lanes one, of;
 			memcpy(&one, &m->seen[b], sizeof one);
-			memcpy(&of, &amplitude[m->block[b]], sizeof of);
-			sum += one * of;
+			for (uint32_t f = 0; f < frames; f++) {
+				memcpy(&of, &own[f].amplitude[m->block[b]], sizeof of);
+				sum[f] += one * of;
+			}
 		}
-		ratio += SPREAD_WEIGHT[n] * m->wanted[i][n][f] / (((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7])) + 1e-9f);
+		for (uint32_t f = 0; f < frames; f++)
+			ratio[f] += SPREAD_WEIGHT[n] * m->wanted[i][n][f]
+				/ (((sum[f][0] + sum[f][4]) + (sum[f][1] + sum[f][5])) + ((sum[f][2] + sum[f][6]) + (sum[f][3] + sum[f][7])) + 1e-9f);
 	}
-	return ratio;
 }
 
-static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], float near, rbf_lobes *const part[],
+RBF_CLONES static void lack(const matter *m, uint32_t i, uint32_t frames, const rbf_lobes own[], float ratio[])
+{
+	switch (frames) {
+	case 2: lack_of(m, i, 2, own, ratio); break;
+	case 3: lack_of(m, i, 3, own, ratio); break;
+	default: lack_of(m, i, frames, own, ratio);
+	}
+}
+
+static int set_matter(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[], float reach, rbf_lobes *const part[],
 	uint32_t base, matter *to)
 {
 	const rbf_lobes *l = &m->lobes[base];
-	const float k[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
+	const float near = nearest_beams(m, frames, frame, share, base);
 	*to = (matter){.lobe = malloc((l->count + 1) * sizeof *to->lobe)};
 	for (uint32_t i = 0; i < l->count && to->lobe; i++)
-		if (coincide(m, frames, frame, share, k, near / sqrtf(rbf_lobe_kappa(l, i))))
+		if (coincide(near, l, i, reach))
 			to->lobe[to->lobes++] = i;
 	to->point = malloc((to->lobes + 1) * sizeof *to->point);
 	to->wanted = malloc((to->lobes + 1) * sizeof *to->wanted);
@@ -150,16 +172,17 @@ static void settle_base(const rbf_fitted *m, uint32_t frames, const matter *to, 
 		if (round == SETTLING)
 			return;
 		for (uint32_t i = 0; i < to->lobes; i++) {
-			float *r = next + to->lobe[i] * frames, sum = 0;
+			float *r = next + to->lobe[i] * frames, ratio[RBF_MAX_FRAMES], sum = 0;
+			lack(to, i, frames, own, ratio);
 			for (uint32_t f = 0; f < frames; f++)
-				sum += r[f] *= lack(to, i, f, own[f].amplitude);
+				sum += r[f] *= ratio[f];
 			for (uint32_t f = 0; f < frames; f++)
 				r[f] /= sum;
 		}
 	}
 }
 
-static int sweep(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float near, float *label, const float share[])
+static int sweep(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], float reach, float *label, const float share[])
 {
 	const uint32_t lobes = m->lobe_first[m->bases];
 	float *next = malloc(((size_t)lobes * frames + 1) * sizeof *next);
@@ -176,7 +199,7 @@ static int sweep(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], f
 		rbf_lobes here[RBF_MAX_FRAMES];
 		for (uint32_t f = 0; f < frames; f++)
 			here[f] = own[f][b];
-		if (set_matter(m, frames, frame, share, near, part, (uint32_t)b, &to))
+		if (set_matter(m, frames, frame, share, reach, part, (uint32_t)b, &to))
 			failed = 1;
 		else
 			settle_base(m, frames, &to, (uint32_t)b, here, label, next + (size_t)m->lobe_first[b] * frames);
@@ -195,8 +218,16 @@ static int sweep(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], f
 
 int rbf_settle(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], int wide, float *label, const float share[])
 {
-	int failed = 0;
-	for (int n = 0; n < (wide ? SWEEPS : 1) && !failed; n++)
-		failed = sweep(m, frames, frame, wide ? WIDE : 1, label, share);
-	return failed;
+	return sweep(m, frames, frame, wide ? WIDE : 1, label, share);
+}
+
+int rbf_settle_alike(const rbf_fitted *m, uint32_t frames, const uint32_t frame[], const float share[])
+{
+	int alike = 1;
+	for (uint32_t b = 0; b < m->bases && alike; b++) {
+		const float near = nearest_beams(m, frames, frame, share, b);
+		for (uint32_t i = 0; i < m->lobes[b].count; i++)
+			alike &= coincide(near, &m->lobes[b], i, 1) == coincide(near, &m->lobes[b], i, WIDE);
+	}
+	return alike;
 }

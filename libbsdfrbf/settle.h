@@ -5,7 +5,13 @@
 #define RBF_SETTLE_H
 #include "label.h"
 
+enum { RBF_SETTLE_SWEEPS = 2 }; /* when wide: what one incidence shows depends on how its neighbours are settled */
+
 /* Changes the labels of lobes where beams of frames with a share coincide, so that what belongs to each frame there looks as the labelled
- * neighbours predict; arguments as of rbf_label(). wide: also where they are near each other, and twice, as neighbours are settled too. Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up. */
+ * neighbours predict; arguments as of rbf_label(). wide: also where they are near each other. Opens OpenMP regions. Returns 0, or -1 when out of memory or
+ * a process gave up. */
 int rbf_settle(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], int wide, float *label, const float share[]);
+
+/* Whether that is the same, wide or not. */
+int rbf_settle_alike(const rbf_fitted *fitted, uint32_t frames, const uint32_t frame[], const float share[]);
 #endif
