@@ -59,7 +59,6 @@ int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 int rbf_seen_refine(rbf_seen *seen)
 {
 	float (*unseen)[3] = malloc(FINE * sizeof *unseen), q[3];
-	rbf_tree tree = {0};
 	uint32_t count = 0;
 	for (int n = 0; n < FINE && unseen; n++) {
 		lattice(n, FINE, q);
@@ -67,18 +66,24 @@ int rbf_seen_refine(rbf_seen *seen)
 			memcpy(unseen[count++], q, sizeof q);
 	}
 	seen->share = (float)count / FINE;
+	const int failed = !unseen || rbf_tree_build(&seen->hole, count, (const float (*)[3])unseen);
+	free(unseen);
+	return failed ? -1 : 0;
+}
+
+int rbf_seen_band(rbf_seen *seen)
+{
 	seen->band = calloc(seen->measured.count + 1, 1);
 	seen->gap = malloc((seen->measured.count + 1) * sizeof *seen->gap);
-	const int failed = !unseen || !seen->band || !seen->gap || rbf_tree_build(&tree, count, (const float (*)[3])unseen);
+	const int failed = !seen->band || !seen->gap;
 	for (size_t i = 0; i < seen->measured.count && !failed; i++) {
 		uint32_t nearest;
 		float far = INFINITY;
-		rbf_tree_nearest(&tree, seen->measured.point[i], 1, &nearest, &far);
+		rbf_tree_nearest(&seen->hole, seen->measured.point[i], 1, &nearest, &far);
 		seen->band[i] = far < BAND * BAND;
 		seen->gap[i] = seen->band[i] ? rbf_tree_gap(&seen->measured, seen->measured.point[i], seen->bridged) : -1;
 	}
-	rbf_tree_free(&tree);
-	free(unseen);
+	rbf_tree_free(&seen->hole);
 	return failed ? -1 : 0;
 }
 
@@ -86,6 +91,7 @@ void rbf_seen_free(rbf_seen *seen)
 {
 	rbf_tree_free(&seen->measured);
 	rbf_tree_free(&seen->filled);
+	rbf_tree_free(&seen->hole);
 	free(seen->sample);
 	free(seen->band);
 	free(seen->gap);

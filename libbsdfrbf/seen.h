@@ -13,16 +13,20 @@ typedef struct rbf_seen {
 	uint8_t *band;         /* of each: 1 where something unseen is near */
 	float *gap;            /* of those in the band, as rbf_tree_gap(); else negative */
 	float share;           /* of the hemisphere that is unseen */
+	rbf_tree hole;         /* directions that are unseen, until the band is set */
 	rbf_tree filled;       /* directions that were filled */
 	float *certainty;      /* of those */
 } rbf_seen;
 
-/* From the samples; their band is not set yet. Returns 0, or -1 when out of memory, as the next two. To be freed in any case. Thread-safe. */
+/* From the samples; their band is not set yet. Returns 0, or -1 when out of memory, as the next three. To be freed in any case. Thread-safe. */
 int rbf_seen_make(const rbf_incidence *incidence, rbf_seen *seen);
 void rbf_seen_free(rbf_seen *seen);
 
-/* Sets the band, once, and the share more exactly. */
+/* Sets the share more exactly, once. */
 int rbf_seen_refine(rbf_seen *seen);
+
+/* Then sets the band, once. */
+int rbf_seen_band(rbf_seen *seen);
 
 /* Directions that were filled, in place of former ones. */
 int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], const float *certainty);

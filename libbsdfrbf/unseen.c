@@ -53,6 +53,31 @@ static float largest(const rbf_unseen *u)
 	return most;
 }
 
+static int make_seen(rbf_unseen *u, size_t b)
+{
+	return rbf_seen_make(&u->measured->incidence[b], &u->seen[b]);
+}
+
+static int refine_seen(rbf_unseen *u, size_t b)
+{
+	return rbf_seen_refine(&u->seen[b]);
+}
+
+static int band_seen(rbf_unseen *u, size_t b)
+{
+	return rbf_seen_band(&u->seen[b]);
+}
+
+/* A step for all incidences. Returns 0, or -1 when out of memory. */
+static int see(rbf_unseen *u, int step(rbf_unseen *u, size_t b))
+{
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < (int64_t)u->measured->count; b++)
+		failed |= step(u, (size_t)b) != 0;
+	return failed ? -1 : 0;
+}
+
 rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
 {
 	const size_t bases = measured->count;
@@ -65,11 +90,7 @@ rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
 	int failed = !u->seen || !u->with;
 	for (size_t b = 0; b < bases && u->with; b++)
 		u->with[b] = measured->incidence[b];
-	for (int refine = 0; refine < 2 && !failed && (!refine || largest(u) > .5f * LEAST); refine++) {
-		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-		for (int64_t b = 0; b < (int64_t)bases; b++)
-			failed |= (refine ? rbf_seen_refine(&u->seen[b]) : rbf_seen_make(&measured->incidence[b], &u->seen[b])) != 0;
-	}
+	failed = failed || see(u, make_seen) || (largest(u) > .5f * LEAST && see(u, refine_seen)) || (rbf_unseen_most(u) > 0 && see(u, band_seen));
 	if (failed) {
 		rbf_unseen_end(u);
 		return NULL;

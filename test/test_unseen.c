@@ -27,6 +27,7 @@ static void look(const double axis[3], double radius, rbf_seen *seen)
 	}
 	assert_int_equal(rbf_seen_make(&in, seen), 0);
 	assert_int_equal(rbf_seen_refine(seen), 0);
+	assert_int_equal(rbf_seen_band(seen), 0);
 }
 
 static void a_hole_is_found(void **state)
