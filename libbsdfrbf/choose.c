@@ -382,15 +382,31 @@ static int even(const rbf_left_out *b, rbf_choice *best)
  * know where incidences are few. */
 static int tune(const rbf_left_out *b, rbf_choice *best)
 {
-	rbf_choice round = {0};
+	enum { WAYS = 3, EVENS = 3 };
+	rbf_choice next[WAYS * EVENS], *lowest = next;
 	int failed = 0;
-	for (int way = 0; way < 9 && !failed; way++) {
-		rbf_choice next = alike(b, best);
-		next.even = (uint32_t)way % 3;
-		next.tune = 1 + way / 3;
-		failed = contest(b, &round, next, NULL);
+	for (uint32_t even = 0; even < EVENS; even++) {
+		rbf_choice *some[WAYS];
+		for (int way = 0; way < WAYS; way++) {
+			some[way] = &next[way * EVENS + (int)even];
+			*some[way] = again(best);
+			some[way]->even = even;
+			some[way]->tune = 1 + way;
+			some[way]->label = best->label; /* borrowed */
+		}
+		failed = failed || rbf_left_out_tuned(b, WAYS, some);
 	}
-	win(best, &round, failed ? 0 : TUNE_GAIN);
+	for (int n = 0; n < WAYS * EVENS; n++) {
+		next[n].label = NULL;
+		lowest = next[n].error < lowest->error ? &next[n] : lowest;
+	}
+	if (!failed && lowest->error < TUNE_GAIN * best->error) {
+		lowest->label = best->label;
+		best->label = NULL;
+		replace(best, lowest);
+	}
+	for (int n = 0; n < WAYS * EVENS; n++)
+		rbf_choice_free(&next[n]);
 	return failed;
 }
 

@@ -12,6 +12,7 @@
 #include <string.h>
 
 enum { TRIALS_MAX = 64, POINTS = 320 };
+enum { TOGETHER = 3 }; /* choices at most */
 enum { SCREEN = 4 }; /* every fourth trial is made first */
 static const float BETWEEN = .15f; /* weight of a corner that an incidence lies between */
 static const double NORMAL = .9999; /* cosine: it is next to all azimuths */
@@ -94,12 +95,12 @@ static int trial_points(const rbf_lobes *l, float lambertian, trial *t)
 
 /* Corners, weights and knots of an incidence in the mesh of those that are not left out with it. across: without those either that it lies between,
  * but for normal incidence. Returns 1 if it is inside, 0 if outside, -1 if nothing is left, or with *status an error. */
-static int place_trial(bsdfrbf_context *context, const rbf_left_out *b, const unsigned char *left_out, int across, trial *t, bsdfrbf_status *status)
+static int place_trial(const rbf_left_out *b, const unsigned char *left_out, int across, trial *t, bsdfrbf_status *status)
 {
 	const rbf_fitted *m = b->fitted;
 	unsigned char *out = malloc(m->bases);
 	int inside = -1;
-	*status = out ? BSDFRBF_OK : rbf_out_of_memory(context);
+	*status = out ? BSDFRBF_OK : BSDFRBF_ERR_MEMORY;
 	if (out)
 		memcpy(out, left_out, m->bases);
 	for (int pass = 0; pass <= across && *status == BSDFRBF_OK; pass++) {
@@ -113,7 +114,7 @@ static int place_trial(bsdfrbf_context *context, const rbf_left_out *b, const un
 		inside = -1;
 		if (!memchr(out, 0, m->bases))
 			break;
-		*status = rbf_mesh_build(context, m->symmetry, m->bases, m->direction, out, &mesh);
+		*status = rbf_mesh_build(NULL, m->symmetry, m->bases, m->direction, out, &mesh);
 		if (*status != BSDFRBF_OK)
 			break;
 		shell.mesh = mesh;
@@ -126,7 +127,7 @@ static int place_trial(bsdfrbf_context *context, const rbf_left_out *b, const un
 				t->knot[k++] = knot[t->vertex[n].base];
 		}
 		if (!knot)
-			*status = rbf_out_of_memory(context);
+			*status = BSDFRBF_ERR_MEMORY;
 		free(knot);
 		rbf_mesh_free(&mesh);
 	}
@@ -134,81 +135,124 @@ static int place_trial(bsdfrbf_context *context, const rbf_left_out *b, const un
 	return inside;
 }
 
-/* The next trial, if it has any energy. Returns 0, or -1 when out of memory. */
-static int count_trial(const rbf_lobes *lobes, float lambertian, rbf_left_out *b)
+/* Trials that are to be, of incidences at regular places in the list; trial[] has room for all. */
+static uint32_t list_trials(const rbf_fitted *m, trial *t)
 {
-	trial *t = &b->trial[b->trials++]; /* counted first: what it allocates is then freed in any case */
-	if (trial_points(lobes, lambertian, t))
+	const uint32_t step = (m->bases + TRIALS_MAX - 1) / TRIALS_MAX;
+	uint32_t count = 0;
+	for (uint32_t base = step / 2; base < m->bases; base += step) {
+		t[count] = (trial){.base = base};
+		for (int n = 0; n < 3; n++)
+			t[count].incident[n] = (float)m->direction[3*base + (uint32_t)n];
+		count++;
+	}
+	return count;
+}
+
+/* Those of `count` that are to be used and have any energy become the first ones. Returns 0, or -1 when out of memory. */
+static int use_trials(const rbf_fitted *m, float lambertian, uint32_t count, const char *use, rbf_left_out *b)
+{
+	int failed = 0;
+	b->trials = count; /* what they allocate is freed in any case */
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (uint32_t i = 0; i < count; i++)
+		if (use[i])
+			failed |= trial_points(&m->lobes[b->trial[i].base], lambertian, &b->trial[i]) != 0;
+	if (failed)
 		return -1;
-	if (!(t->energy > 0)) {
-		b->trials--;
+	b->trials = 0;
+	for (uint32_t i = 0; i < count; i++) {
+		trial *t = &b->trial[i];
+		if (use[i] && t->energy > 0) {
+			b->trial[b->trials++] = *t;
+			continue;
+		}
 		free(t->point);
 		free(t->truth);
 		free(t->measure);
+		t->point = NULL;
+		t->truth = t->measure = NULL;
 	}
 	return 0;
 }
 
-/* out: room, [bases]. */
-static bsdfrbf_status make_trials(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, const float *sent, unsigned char *out,
-	rbf_left_out *b)
+static void set_levels(const rbf_fitted *m, const float *sent, const unsigned char *out, const rbf_left_out *b, trial *t)
 {
+	for (int n = 0, k = 0; n < 3; n++) {
+		if (!(t->weight[n] > 0))
+			continue;
+		rbf_level_of(m, sent, out, t->vertex[n].base, &t->level[k]);
+		rbf_level_of(m, b->arrived, out, t->vertex[n].base, &t->arrived[k++]);
+	}
+}
+
+/* Places a trial; returns as place_trial(). */
+static int make_trial(const rbf_left_out *b, int across, const float *sent, trial *t, bsdfrbf_status *status)
+{
+	const rbf_fitted *m = b->fitted;
+	unsigned char *out = calloc(m->bases, 1);
+	int inside = -1;
+	*status = BSDFRBF_ERR_MEMORY;
+	if (out) {
+		rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, t->base, out);
+		inside = place_trial(b, out, across, t, status);
+		if (*status == BSDFRBF_OK && inside >= 0)
+			set_levels(m, sent, out, b, t);
+	}
+	free(out);
+	return inside;
+}
+
+static bsdfrbf_status make_trials(bsdfrbf_context *context, float lambertian, int across, const float *sent, rbf_left_out *b)
+{
+	const rbf_fitted *m = b->fitted;
+	bsdfrbf_status status[TRIALS_MAX];
+	int inside[TRIALS_MAX];
+	char use[TRIALS_MAX];
 	if (m->bases < 3)
 		return BSDFRBF_OK;
-	const uint32_t step = (m->bases + TRIALS_MAX - 1) / TRIALS_MAX;
+	const uint32_t count = list_trials(m, b->trial);
+	#pragma omp parallel for schedule(dynamic)
+	for (uint32_t i = 0; i < count; i++)
+		inside[i] = make_trial(b, across, sent, &b->trial[i], &status[i]);
+	for (uint32_t i = 0; i < count; i++)
+		if (status[i] != BSDFRBF_OK)
+			return rbf_fail(context, status[i], "%s", bsdfrbf_status_text(status[i]));
 	/* those inside the mesh of the others; if there are none, those outside it as well */
-	for (int outside = 0; outside < 2 && !b->trials; outside++)
-		for (uint32_t base = step / 2; base < m->bases; base += step) {
-			trial *t = &b->trial[b->trials];
-			memset(t, 0, sizeof *t);
-			for (int n = 0; n < 3; n++)
-				t->incident[n] = (float)m->direction[3*base + (uint32_t)n];
-			t->base = base;
-			bsdfrbf_status status;
-			memset(out, 0, m->bases);
-			rbf_mesh_leave_out(m->symmetry, m->bases, m->direction, base, out);
-			const int inside = place_trial(context, b, out, across, t, &status);
-			if (status != BSDFRBF_OK)
-				return status;
-			if (inside != !outside)
-				continue;
-			for (int n = 0, k = 0; n < 3; n++) {
-				if (!(t->weight[n] > 0))
-					continue;
-				rbf_level_of(m, sent, out, t->vertex[n].base, &t->level[k]);
-				rbf_level_of(m, b->arrived, out, t->vertex[n].base, &t->arrived[k++]);
-			}
-			if (count_trial(&m->lobes[base], lambertian, b))
-				return rbf_out_of_memory(context);
-		}
+	for (int outside = 0; outside < 2 && !b->trials; outside++) {
+		for (uint32_t i = 0; i < count; i++)
+			use[i] = inside[i] == !outside;
+		if (use_trials(m, lambertian, count, use, b))
+			return rbf_out_of_memory(context);
+	}
 	return BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *m, float lambertian, unsigned op, rbf_left_out *b)
 {
-	const uint32_t step = (m->bases + TRIALS_MAX - 1) / TRIALS_MAX;
 	const rbf_component shell = {.mesh = m->mesh};
+	char use[TRIALS_MAX];
 	*b = (rbf_left_out){.fitted = m, .trial = calloc(TRIALS_MAX + 1, sizeof *b->trial)};
-	int failed = !b->trial;
-	for (uint32_t base = step / 2; base < m->bases && !failed; base += step) {
-		trial *t = &b->trial[b->trials];
-		const double *d = m->direction + 3*base;
-		const float own[3] = {(float)d[0], (float)d[1], (float)d[2]};
+	if (!b->trial)
+		return rbf_out_of_memory(context);
+	const uint32_t count = list_trials(m, b->trial);
+	for (uint32_t i = 0; i < count; i++) {
+		trial *t = &b->trial[i];
+		const float own[3] = {t->incident[0], t->incident[1], t->incident[2]};
 		uint32_t corner[3];
 		rbf_site site;
-		*t = (trial){.base = base};
 		rbf_mirror(op, own, t->incident);
 		rbf_site_turn(&shell, t->incident, &site);
-		if (rbf_mesh_locate(&m->mesh, site.incident, corner, t->weight) & RBF_MESH_BORDER)
-			continue;
+		use[i] = !(rbf_mesh_locate(&m->mesh, site.incident, corner, t->weight) & RBF_MESH_BORDER);
 		for (int n = 0; n < 3; n++)
 			t->vertex[n] = m->mesh.vertex[corner[n]];
-		const uint32_t before = b->trials;
-		failed = count_trial(&m->lobes[base], lambertian, b);
-		for (uint32_t p = 0; p < t->points && !failed && b->trials > before; p++)
-			rbf_mirror(op, t->point[p], t->point[p]);
 	}
-	return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
+	if (use_trials(m, lambertian, count, use, b))
+		return rbf_out_of_memory(context);
+	for (uint32_t i = 0; i < b->trials; i++)
+		for (uint32_t p = 0; p < b->trial[i].points; p++)
+			rbf_mirror(op, b->trial[i].point[p], b->trial[i].point[p]);
+	return BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float lambertian, int across, rbf_left_out *b)
@@ -217,13 +261,10 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 	b->trials = 0;
 	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
 	float *sent = rbf_levels_sent(m);
-	unsigned char *out = malloc(m->bases + 1);
 	b->arrived = rbf_levels_arrived(m);
 	b->value = b->arrived ? rbf_tune_arrived(m->bases, b->arrived) : NULL;
-	const bsdfrbf_status status = b->trial && sent && out && b->value ? make_trials(context, m, lambertian, across, sent, out, b)
-		: rbf_out_of_memory(context);
+	const bsdfrbf_status status = b->trial && sent && b->value ? make_trials(context, lambertian, across, sent, b) : rbf_out_of_memory(context);
 	free(sent);
-	free(out);
 	return status;
 }
 
@@ -319,7 +360,8 @@ static double trial_tune(const rbf_left_out *b, const rbf_choice *choice, const 
 	return truth > 0 ? rbf_tune_ratio(expected, (double)b->value[t->base] * is / truth) : 1;
 }
 
-static int trial_error(const rbf_left_out *b, const rbf_choice *choice, const rbf_component *c, const trial *t, float *error)
+/* Errors of some choices that differ by how they are tuned alone. */
+static int trial_errors(const rbf_left_out *b, uint32_t choices, rbf_choice *const choice[], const rbf_component *c, const trial *t, float *error)
 {
 	const rbf_fitted *m = b->fitted;
 	rbf_site site;
@@ -327,20 +369,22 @@ static int trial_error(const rbf_left_out *b, const rbf_choice *choice, const rb
 	float seen[2 * POINTS];
 	const uint32_t y = rbf_luminance(m->channels);
 	rbf_site_corners(c, t->incident, t->vertex, t->weight, &site);
-	if (choice->even)
-		trial_levels(m, choice, t, &site);
-	const int failed = choice->cap > 0 && trial_motion(m, choice, c, t, &site, store);
-	double sum = 0;
+	if (choice[0]->even)
+		trial_levels(m, choice[0], t, &site);
+	const int failed = choice[0]->cap > 0 && trial_motion(m, choice[0], c, t, &site, store);
 	for (uint32_t p = 0; p < t->points && !failed; p++) {
 		float folded[3], value[3];
 		rbf_site_fold(&site, t->point[p], folded);
 		rbf_site_dsf(&site, folded, value);
 		seen[p] = value[y];
 	}
-	const double tune = choice->tune && !failed ? trial_tune(b, choice, t, seen) : 1;
-	for (uint32_t p = 0; p < t->points && !failed; p++)
-		sum += fabs(tune * (double)seen[p] - (double)t->truth[p]) * (double)t->measure[p];
-	*error = (float)(sum / t->energy);
+	for (uint32_t n = 0; n < choices && !failed; n++) {
+		const double tune = choice[n]->tune ? trial_tune(b, choice[n], t, seen) : 1;
+		double sum = 0;
+		for (uint32_t p = 0; p < t->points; p++)
+			sum += fabs(tune * (double)seen[p] - (double)t->truth[p]) * (double)t->measure[p];
+		error[n] = (float)(sum / t->energy);
+	}
 	for (int k = 0; k < 3; k++)
 		for (int n = 0; n < 2; n++)
 			free(store[k][n]);
@@ -407,42 +451,57 @@ int rbf_choice_label_widely(const rbf_fitted *m, rbf_choice *wide, rbf_choice *o
 	return label(m, wide, once);
 }
 
-int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choice *best)
+/* Errors of some choices that differ by how they are tuned alone; they have labels. */
+static int measure(const rbf_left_out *b, uint32_t choices, rbf_choice *const choice[], const rbf_choice *best)
 {
+	const rbf_choice *const one = choice[0];
 	const rbf_fitted *m = b->fitted;
 	rbf_component c = {0};
-	choice->base_error = malloc((m->bases + 1) * sizeof *choice->base_error);
-	if (!choice->base_error || (!choice->label && rbf_choice_label(m, choice)))
-		return -1;
-	if (rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, choice->limit, &c))
+	for (uint32_t n = 0; n < choices; n++) {
+		choice[n]->base_error = malloc((m->bases + 1) * sizeof *one->base_error);
+		if (!choice[n]->base_error)
+			return -1;
+		for (uint32_t i = 0; i < m->bases; i++)
+			choice[n]->base_error[i] = -1;
+		choice[n]->error = INFINITY;
+	}
+	if (rbf_assemble_sets(m, one->frames, one->frame, one->label, one->limit, &c))
 		return -1;
 	c.extent = rbf_extent_make(c.block, c.blocks);
-	for (uint32_t i = 0; i < m->bases; i++)
-		choice->base_error[i] = -1;
 	int failed = !c.extent;
 	const int screen = best && b->trials >= 3 * SCREEN;
-	choice->error = INFINITY;
 	for (int pass = !screen; pass < 2 && !failed; pass++) {
 		uint32_t list[TRIALS_MAX], count = 0;
-		float error[TRIALS_MAX];
+		float error[TRIALS_MAX * TOGETHER];
 		for (uint32_t t = 0; t < b->trials; t++)
 			if (screen ? (t % SCREEN == 0) != pass : 1)
 				list[count++] = t;
 		#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 		for (int64_t i = 0; i < (int64_t)count; i++)
 			if (rbf_team_mine(m->team, (uint64_t)i))
-				failed |= trial_error(b, choice, &c, &b->trial[list[i]], &error[i]) != 0;
-		failed = rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, count, sizeof *error, error);
+				failed |= trial_errors(b, choices, choice, &c, &b->trial[list[i]], &error[i * choices]) != 0;
+		failed = rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, count, choices * sizeof *error, error);
 		for (uint32_t i = 0; i < count && !failed; i++)
-			choice->base_error[b->trial[list[i]].base] = error[i];
-		if (!pass && mean_error(b, choice, SCREEN) > SCREEN_LOSS * mean_error(b, best, SCREEN))
+			for (uint32_t n = 0; n < choices; n++)
+				choice[n]->base_error[b->trial[list[i]].base] = error[i * choices + n];
+		if (!pass && mean_error(b, one, SCREEN) > SCREEN_LOSS * mean_error(b, best, SCREEN))
 			break;
-		if (pass)
-			choice->error = mean_error(b, choice, 1);
+		for (uint32_t n = 0; n < choices && pass; n++)
+			choice[n]->error = mean_error(b, choice[n], 1);
 	}
 	rbf_assemble_release(&c);
 	free((void *)c.extent);
 	return failed ? -1 : 0;
+}
+
+int rbf_left_out_error(const rbf_left_out *b, rbf_choice *choice, const rbf_choice *best)
+{
+	return !choice->label && rbf_choice_label(b->fitted, choice) ? -1 : measure(b, 1, &choice, best);
+}
+
+int rbf_left_out_tuned(const rbf_left_out *b, uint32_t choices, rbf_choice *const choice[])
+{
+	return measure(b, choices, choice, NULL);
 }
 
 void rbf_choice_free(rbf_choice *c)

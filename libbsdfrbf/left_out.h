@@ -55,4 +55,7 @@ void rbf_left_out_spans(const rbf_left_out *left_out, rbf_span *span); /* [bases
 /* Labels a choice, unless it has labels, and measures its error. If `best` is given, a few trials are made first, and the others only if the choice is not
  * clearly worse there: otherwise its error is INFINITY. Opens an OpenMP region. Returns 0, or -1 when out of memory or a process gave up. */
 int rbf_left_out_error(const rbf_left_out *left_out, rbf_choice *choice, const rbf_choice *best);
+
+/* The same of a few choices that differ by `tune` alone, and have labels: what there is before light is tuned is worked out once. */
+int rbf_left_out_tuned(const rbf_left_out *left_out, uint32_t choices, rbf_choice *const choice[]);
 #endif
