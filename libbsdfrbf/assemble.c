@@ -144,36 +144,60 @@ void rbf_assemble_shift(const rbf_fitted *m, const rbf_component *c, const float
 	}
 }
 
+/* Corners and middles of the cells and of their sides, and a radius about each middle. */
+enum { POINTS = 2 * RBF_CULL_GRID + 1 };
+typedef struct cell_points {
+	float point[POINTS][POINTS][3]; /* [y][x] */
+	float radius[RBF_CULL_GRID][RBF_CULL_GRID];
+} cell_points;
+
+static void set_points(cell_points *p)
+{
+	for (int y = 0; y < POINTS; y++)
+		for (int x = 0; x < POINTS; x++) {
+			const double disc[2] = {.5 * x * (2. / RBF_CULL_GRID) - 1, .5 * y * (2. / RBF_CULL_GRID) - 1};
+			double d[3];
+			rbf_direction_from_disc(disc, d);
+			for (int k = 0; k < 3; k++)
+				p->point[y][x][k] = (float)d[k];
+		}
+	for (int y = 0; y < RBF_CULL_GRID; y++)
+		for (int x = 0; x < RBF_CULL_GRID; x++) {
+			const float *centre = p->point[2*y + 1][2*x + 1];
+			float radius = 0;
+			for (int n = 0; n < 9; n++) {
+				const float *to = p->point[2*y + n / 3][2*x + n % 3], d[3] = {to[0] - centre[0], to[1] - centre[1], to[2] - centre[2]};
+				radius = fmaxf(radius, sqrtf(d[0]*d[0] + d[1]*d[1] + d[2]*d[2]));
+			}
+			p->radius[y][x] = radius;
+		}
+}
+
+/* What a set has at all points, the Lambertian part counted as evenly among the frames. */
+static void set_sums(const rbf_component *c, const rbf_set *set, const cell_points *p, float sum[POINTS][POINTS])
+{
+	const uint32_t y = rbf_luminance(c->channels);
+	const rbf_kernel_lobes luminance = {c->block, c->amplitude + (size_t)y * c->blocks, 0, 1, rbf_cull_group(set->blocks) <= 1};
+	rbf_kernel_job job = {.weight = 1, .first = set->first, .blocks = set->blocks, .mask = rbf_cull_all(set->blocks)};
+	for (int row = 0; row < POINTS; row++)
+		for (int column = 0; column < POINTS; column++) {
+			float value[3];
+			memcpy(job.direction, p->point[row][column], sizeof job.direction);
+			rbf_kernel_sum(&job, 1, &luminance, value);
+			sum[row][column] = value[0] + c->lambertian[y] / (float)c->frames * job.direction[2] * (float)(1 / RBF_PI);
+		}
+}
+
 /* For every cell of the exitant hemisphere: groups of blocks whose largest possible sum in the cell is negligible beside the
- * set's smallest value there are left out, the Lambertian part counted as evenly among the frames. The cell is taken as a disc around its
- * centre. */
-static void cull_cell(const rbf_component *c, const rbf_set *set, int ix, int iy, float reach, float bound[64], uint64_t *mask)
+ * set's smallest value there are left out. The cell is taken as a disc around its centre. */
+static void cull_cell(const rbf_component *c, const rbf_set *set, const cell_points *p, float sum[POINTS][POINTS], int ix, int iy, float reach,
+	float bound[64], uint64_t *mask)
 {
 	const uint32_t group = rbf_cull_group(set->blocks), groups = set->blocks ? (set->blocks + group - 1) / group : 0;
-	const uint32_t y = rbf_luminance(c->channels);
-	float centre[3], corner[9][3], radius = 0;
-	for (int n = 0; n < 9; n++) {
-		const double disc[2] = {(ix + .5 * (n % 3)) * (2. / RBF_CULL_GRID) - 1, (iy + .5 * (n / 3)) * (2. / RBF_CULL_GRID) - 1};
-		double d[3];
-		rbf_direction_from_disc(disc, d);
-		for (int k = 0; k < 3; k++)
-			corner[n][k] = (float)d[k];
-	}
-	memcpy(centre, corner[4], sizeof centre);
-	for (int n = 0; n < 9; n++) {
-		const float x = corner[n][0] - centre[0], yy = corner[n][1] - centre[1], z = corner[n][2] - centre[2];
-		radius = fmaxf(radius, sqrtf(x*x + yy*yy + z*z));
-	}
-	radius = radius * 1.02f + reach;
+	const float *centre = p->point[2*iy + 1][2*ix + 1], radius = p->radius[iy][ix] * 1.02f + reach;
 	float smallest = INFINITY;
-	const rbf_kernel_lobes luminance = {c->block, c->amplitude + (size_t)y * c->blocks, 0, 1, group <= 1};
-	rbf_kernel_job job = {.weight = 1, .first = set->first, .blocks = set->blocks, .mask = rbf_cull_all(set->blocks)};
-	for (int n = 0; n < 9; n++) {
-		float value[3];
-		memcpy(job.direction, corner[n], sizeof job.direction);
-		rbf_kernel_sum(&job, 1, &luminance, value);
-		smallest = fminf(smallest, value[0] + c->lambertian[y] / (float)c->frames * corner[n][2] * (float)(1 / RBF_PI));
-	}
+	for (int n = 0; n < 9; n++)
+		smallest = fminf(smallest, sum[2*iy + n / 3][2*ix + n % 3]);
 	for (uint32_t g = 0; g < groups; g++) {
 		bound[g] = 0;
 		for (uint32_t b = set->first + g * group; b < set->first + set->blocks && b < set->first + (g + 1) * group; b++)
@@ -223,17 +247,24 @@ int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 {
 	const size_t cells = RBF_CULL_CELLS;
 	uint64_t *wide = malloc((c->sets * cells + 1) * sizeof *wide), *cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *cull);
-	if (!wide || !cull || cluster(c) || rbf_draws_make(c)) {
+	cell_points *points = malloc(sizeof *points);
+	if (!wide || !cull || !points || cluster(c) || rbf_draws_make(c)) {
+		free(points);
 		free(wide);
 		free(cull);
 		return -1;
 	}
+	set_points(points);
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t s = 0; s < (int64_t)c->sets; s++) {
-		float bound[64];
-		for (int cell = 0; cell < (int)cells && rbf_team_mine(team, (uint64_t)s); cell++)
-			cull_cell(c, &c->set[s], cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &wide[(size_t)s * cells + (size_t)cell]);
+		float bound[64], sum[POINTS][POINTS];
+		if (!rbf_team_mine(team, (uint64_t)s))
+			continue;
+		set_sums(c, &c->set[s], points, sum);
+		for (int cell = 0; cell < (int)cells; cell++)
+			cull_cell(c, &c->set[s], points, sum, cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &wide[(size_t)s * cells + (size_t)cell]);
 	}
+	free(points);
 	c->cull = cull;
 	const int failed = rbf_team_share_rows(team, c->sets, cells * sizeof *wide, wide);
 	for (size_t i = 0; i < c->sets * cells && !failed; i++)
