@@ -61,7 +61,7 @@ VALIDITY(valid_turn, rbf_turn_forward)
 VALIDITY(valid_half, rbf_half_forward)
 VALIDITY(valid_shift, rbf_shift_forward)
 
-/* As shares_at() of evaluate.c: what a corner leaves to those below rbf_frame_limit(), or its weight if it is one of them; and the share. */
+/* As rbf_shares_at(): what a corner leaves to those below rbf_frame_limit(), or its weight if it is one of them; and the share. */
 RBF_CLONES static void leave(int steps, const float *restrict valid, const float *restrict total, float weight, float most,
 	float *restrict left, float *restrict open)
 {

@@ -14,6 +14,6 @@ typedef float rbf_carry_row[RBF_CARRY + RBF_CARRY_STEP];
 void rbf_carry_back(const rbf_site *site, uint32_t corner, uint32_t frame, int count, const rbf_carry_row p[3], rbf_carry_row e[3],
 	rbf_carry_row factor);
 
-/* The corner's shares there (rbf_site_shares()). */
+/* The corner's shares there (shares.h). */
 void rbf_carry_shares(const rbf_site *site, uint32_t corner, uint32_t frame, int count, const rbf_carry_row e[3], rbf_carry_row share);
 #endif

@@ -3,39 +3,9 @@
 #include "clones.h"
 #include "evaluate.h"
 #include "extent.h"
+#include "shares.h"
 
 #include <string.h>
-
-/* Shares of the corners whose mapped directions have these z. No branch depends on the direction: it could not be foreseen. */
-static inline __attribute__((always_inline)) rbf_lanes shares_at(const rbf_site *site, uint32_t frame, rbf_lanes z)
-{
-	const float limited = site->fan[frame].limit;
-	if (!(limited > 1)) /* the same for all directions: none takes over */
-		return rbf_lanes_all(1);
-	/* as rbf_validity() */
-	rbf_lanes v = z * (1 / RBF_VALID_Z);
-	v = rbf_lanes_min(rbf_lanes_max(v, rbf_lanes_all(RBF_VALID_LEAST)), rbf_lanes_all(1));
-	v *= v;
-	/* rbf_frame_limit(), all times the sum of validities and the weight of those below: one division. A lane without a corner weighs nothing */
-	const rbf_lanes weight = rbf_lanes_load(site->weight), most = rbf_lanes_all(limited);
-	const rbf_lanes total = rbf_lanes_sum(v * weight), limit = most * total;
-	const rbf_lane_mask below = v < limit;
-	const rbf_lanes left = rbf_lanes_sum(weight * rbf_lanes_max(v - limit, rbf_lanes_all(0)));
-	const rbf_lanes open = rbf_lanes_max(rbf_lanes_sum((rbf_lanes)((rbf_lane_mask)weight & below)), rbf_lanes_all(RBF_SHARE_OPEN));
-	return rbf_lanes_min((v * open + (rbf_lanes)((rbf_lane_mask)left & below)) * (1 / (total * open)), most);
-}
-
-RBF_CLONES static void shares_alone(const rbf_site *site, uint32_t frame, const float exitant[3], float share[RBF_FAN])
-{
-	rbf_lanes mapped[3];
-	rbf_fan_forward(&site->fan[frame], site->incident, site->direction, exitant, mapped);
-	rbf_lanes_store(share, shares_at(site, frame, mapped[2]));
-}
-
-void rbf_site_shares(const rbf_site *site, uint32_t frame, const float exitant[3], float share[RBF_FAN])
-{
-	shares_alone(site, frame, exitant, share);
-}
 
 /* Cells of culling masks (as by rbf_disc_from_direction(), whose result does not matter below the horizon). */
 static inline __attribute__((always_inline)) rbf_lane_mask cells_at(const rbf_lanes d[3])
@@ -72,7 +42,7 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_lanes d[3];
 		const rbf_lanes factor = rbf_fan_forward(&site->fan[f], site->incident, site->direction, exitant, d);
-		const rbf_lanes weight = rbf_lanes_load(site->part) * shares_at(site, f, d[2]) * factor;
+		const rbf_lanes weight = rbf_lanes_load(site->part) * rbf_shares_at(site, f, d[2]) * factor;
 		d[0] *= rbf_lanes_load(site->flip[0]);
 		d[1] *= rbf_lanes_load(site->flip[1]);
 		const rbf_lane_mask cell = cells_at(d);

@@ -120,4 +120,44 @@ static inline __attribute__((always_inline)) rbf_lanes rbf_fan_forward(const rbf
 		out[n] = rbf_lanes_all(o[n]);
 	return one;
 }
+
+/* As rbf_warp_inverse() by the warp of one lane, of which only what its kind needs is read. */
+static inline __attribute__((always_inline)) float rbf_fan_inverse(const rbf_fan *fan, const float i[3], const float k[3][RBF_FAN],
+	uint32_t lane, const float p[3], float out[3])
+{
+	rbf_warp w;
+	switch (fan->kind) {
+	case RBF_KIND_TURN:
+		for (int n = 0; n < 9; n++)
+			w.m[n] = fan->m[n][lane];
+		return rbf_turn_inverse(&w, p, out);
+	case RBF_KIND_SHIFT:
+		w.m[0] = fan->m[0][lane];
+		w.m[1] = fan->m[1][lane];
+		return rbf_shift_inverse(&w, p, out);
+	case RBF_KIND_HALF:
+		for (int n = 0; n < 3; n++) {
+			w.i[n] = i[n];
+			w.k[n] = k[n][lane];
+		}
+		w.gain = fan->gain[lane];
+		w.most = fan->most[lane];
+		return rbf_half_inverse(&w, p, out);
+	default: return rbf_same(p, out);
+	}
+}
+
+/* Heights at all corners of what is p at that of one lane, and o at the site. Less than rbf_fan_forward() has to do. */
+static inline __attribute__((always_inline)) rbf_lanes rbf_fan_heights(const rbf_fan *fan, const float i[3], const float k[3][RBF_FAN],
+	uint32_t lane, const float p[3], const float o[3])
+{
+	rbf_lanes out[3];
+	if (fan->kind != RBF_KIND_HALF) {
+		rbf_fan_forward(fan, i, k, o, out);
+		return out[2];
+	}
+	const float s[3] = {k[0][lane] + p[0], k[1][lane] + p[1], k[2][lane] + p[2]}, t = 2 * s[2] / rbf_max(rbf_dot(s, s), 1e-30f);
+	const rbf_lanes c = s[0]*rbf_lanes_load(k[0]) + s[1]*rbf_lanes_load(k[1]) + s[2]*rbf_lanes_load(k[2]);
+	return rbf_lanes_select(c > 0, t*c - rbf_lanes_load(k[2]), rbf_lanes_all(-1));
+}
 #endif

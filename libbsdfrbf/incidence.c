@@ -98,9 +98,10 @@ void rbf_sides_prepare(uint32_t sides, rbf_side side[])
 int rbf_side_sample(rbf_side *s, double u, float outgoing[3])
 {
 	int drawn = 0;
-	outgoing[0] = outgoing[1] = outgoing[2] = 0;
-	if (!s->component)
+	if (!s->component) {
+		outgoing[0] = outgoing[1] = outgoing[2] = 0;
 		return 0;
+	}
 	if (s->swapped)
 		drawn = rbf_reciprocal_sample(s->model, s->component, s->local, u, outgoing);
 	else {

@@ -13,6 +13,7 @@
 #include "clones.h"
 #include "elementary.h"
 #include "sample.h"
+#include "shares.h"
 
 #include <string.h>
 #if defined(__SSE2__)
@@ -46,33 +47,37 @@ static inline void circle(float v, float *cosine, float *sine)
 	*sine = -2 * s * c;
 }
 
-/* As rbf_lobe_draw(), quicker and not to the last digit; only at 1 - cos >= gap, which is 0 for broad lobes. far: what is left of the
- * lobe at the other end of the sphere. */
-static inline void draw(const float centre[3], float kappa, float far, float gap, float u, float v, float out[3])
+/* As rbf_lobe_draw(), quicker and not to the last digit; only at 1 - cos >= gap, which is 0 for broad lobes. width: 1 / kappa; far: what is
+ * left of the lobe at the other end of the sphere. */
+static inline void draw(const float centre[3], float width, float far, float gap, float u, float v, float out[3])
 {
 	float cosine, sine;
 	circle(v, &cosine, &sine);
-	around(centre, rbf_min(gap + rbf_minus_log(u + (1 - u) * far) * (1 / kappa), 2.f), cosine, sine, out);
+	around(centre, rbf_min(gap + rbf_minus_log(u + (1 - u) * far) * width, 2.f), cosine, sine, out);
 }
 
-/* Carries a direction drawn at a corner back to the site. Returns the factor of the map, with the limit at the horizon; 0 if it falls
- * outside. exitant is folded. *share: the corner's. clear: of rbf_sampler. */
-static inline float carry(const rbf_site *site, uint32_t corner, uint32_t frame, float clear, const float drawn[3], float exitant[3],
-	float *share)
+/* What the band's table stands for of a share, or the others. What is above 1 by rounding is not. */
+static inline float of_share(float share, int band)
 {
+	return band ? share > 1 + 1e-6f ? share - 1 : 0 : rbf_min(share, 1.f);
+}
+
+/* Carries a direction drawn at a corner back to the site. Returns the factor of the map, with the limit at the horizon, times what the
+ * corner's share has of the excess, or of what is not; 0 if it falls outside. exitant is folded. */
+static inline __attribute__((always_inline)) float carry(const rbf_site *site, uint32_t corner, uint32_t frame, int band,
+	const float drawn[3], float exitant[3])
+{
+	const rbf_fan *fan = &site->fan[frame];
+	const float (*k)[RBF_FAN] = (const float (*)[RBF_FAN])site->direction;
 	const float p[3] = {drawn[0] * site->flip[0][corner], drawn[1] * site->flip[1][corner], drawn[2]};
-	rbf_warp warp;
-	rbf_site_warp(site, corner, frame, &warp);
-	const float factor = rbf_warp_inverse(&warp, p, exitant);
-	*share = 1;
-	if (!(factor > 0) || !(exitant[2] > 0))
+	const float factor = rbf_fan_inverse(fan, site->incident, k, corner, p, exitant) * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
+	if (!(factor > 0))
 		return 0;
-	if (exitant[2] >= clear)
+	if (!band && p[2] >= RBF_VALID_Z) /* this corner leaves nothing to others */
 		return factor;
-	float shares[RBF_FAN];
-	rbf_site_shares(site, frame, exitant, shares);
-	*share = shares[corner];
-	return factor * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
+	float share[RBF_FAN];
+	rbf_lanes_store(share, rbf_shares_at(site, frame, rbf_fan_heights(fan, site->incident, k, corner, p, exitant)));
+	return factor * of_share(share[corner], band);
 }
 
 /* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise to more than the target. No branch that
@@ -104,39 +109,6 @@ static inline uint32_t share_at(const uint16_t *running, uint32_t at)
 	return (uint16_t)(running[at] - (at ? running[at - 1] : 0));
 }
 
-/* Heights from which on no direction, at the site (*clear) or at a corner (*band), has a mapped direction lower than RBF_VALID_Z. No map
- * moves a direction by more than an angle: a half map mirrors both ends of the arc from i to k, a turn is known. Shifts move tangential
- * components. */
-static inline __attribute__((always_inline)) void heights(const rbf_site *site, uint32_t frame, float *clear, float *band)
-{
-	float cosine = 1, shift2 = 0;
-	const rbf_fan *fan = &site->fan[frame];
-	if (!(fan->limit > 1)) { /* none takes over; lower than this there is the limit at the horizon */
-		*clear = *band = RBF_HORIZON_Z;
-		return;
-	}
-	for (uint32_t k = 0; k < site->corners; k++) {
-		const float to[3] = {site->direction[0][k], site->direction[1][k], site->direction[2][k]};
-		cosine = rbf_min(fan->kind == RBF_KIND_HALF ? rbf_dot(site->incident, to) : fan->cosine[k], cosine);
-		if (fan->kind == RBF_KIND_SHIFT)
-			shift2 = rbf_max(fan->m[0][k]*fan->m[0][k] + fan->m[1][k]*fan->m[1][k], shift2);
-	}
-	*clear = *band = 2;
-	if (shift2 > 0) {
-		const float s = RBF_VALID_S - sqrtf(shift2), t = s - sqrtf(shift2);
-		*clear = s > 0 ? sqrtf(1 - s*s) + 1e-4f : 2;
-		*band = t > 0 ? sqrtf(1 - t*t) + 1e-4f : 2;
-		return;
-	}
-	/* the sum of angles, one more each time */
-	const float sine = sqrtf(rbf_max(1 - cosine*cosine, 0.f));
-	const float up = RBF_VALID_Z * cosine + RBF_VALID_S * sine, along = RBF_VALID_S * cosine - RBF_VALID_Z * sine;
-	if (along > 0)
-		*clear = up + 1e-4f;
-	if (along > 0 && along * cosine > up * sine)
-		*band = up * cosine + along * sine + 1e-4f;
-}
-
 /* The parts of all corners in one frame, after so many and the sum `total`. What a part without light leaves, the next one takes. */
 static inline __attribute__((always_inline)) uint32_t add_parts(const rbf_site *site, uint32_t frame, uint32_t tables, uint32_t parts,
 	float *total, rbf_sampler *sampler)
@@ -155,7 +127,7 @@ static inline __attribute__((always_inline)) uint32_t add_parts(const rbf_site *
 		for (uint32_t t = 0; t < tables; t++) {
 			const float next = sum + of[t];
 			sampler->part[parts] = (struct rbf_sampler_part){set, excess[k], (uint8_t)k, (uint8_t)frame, (uint8_t)t};
-			sampler->running[parts + 1] = (double)next;
+			sampler->before[parts + 1] = next;
 			const int some = (next > sum) & (set->blocks > 0);
 			sum = some ? next : sum;
 			parts += (uint32_t)some;
@@ -168,15 +140,22 @@ static inline __attribute__((always_inline)) uint32_t add_parts(const rbf_site *
 /* tables: as rbf_draw_tables(), a constant where it is inlined. */
 static inline __attribute__((always_inline)) void add_frames(const rbf_site *site, uint32_t tables, rbf_sampler *sampler)
 {
+	const rbf_component *c = site->component;
+	const size_t lanes = (size_t)c->blocks * RBF_LANES;
 	float total = 0;
+	for (int t = 0; t < 3; t++)
+		sampler->draws[t] = c->draws + (size_t)t * lanes;
+	sampler->luminance = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
 	sampler->parts = 0;
-	sampler->running[0] = 0;
-	for (uint32_t f = 0; f < site->component->frames; f++) {
-		heights(site, f, &sampler->clear[f], &sampler->band[f]);
+	sampler->before[0] = 0;
+	for (uint32_t f = 0; f < c->frames; f++)
 		sampler->parts = add_parts(site, f, tables, sampler->parts, &total, sampler);
-	}
-	for (uint32_t p = 0; p < sampler->parts; p++)
-		sampler->scale[p] = RBF_DRAW_TOTAL / (sampler->running[p + 1] - sampler->running[p]);
+	float *end = sampler->before + sampler->parts;
+	sampler->total = *end;
+	rbf_lanes_store(end + 1, rbf_lanes_all(INFINITY));
+	for (uint32_t p = 0; p < sampler->parts; p += RBF_FAN)
+		rbf_lanes_store(sampler->scale + p, RBF_DRAW_TOTAL / (rbf_lanes_load(sampler->before + p + 1) - rbf_lanes_load(sampler->before + p)));
+	*end = INFINITY;
 }
 
 RBF_CLONES static void set_sampler(const rbf_site *site, uint32_t tables, rbf_sampler *sampler)
@@ -203,38 +182,43 @@ static inline double clamped(double u)
  * be if shares were not rounded up, at least; and the bound in the band. */
 typedef struct bounds { float mass, whole, band, least; } bounds;
 
-static inline bounds bounds_at(const rbf_component *c, const struct rbf_sampler_part *part, float sine, uint32_t at, float integral)
+static inline bounds bounds_at(const rbf_sampler *sampler, const struct rbf_sampler_part *part, float sine, uint32_t at, float integral)
 {
-	const size_t lanes = (size_t)c->blocks * RBF_LANES;
 	const rbf_set *set = part->set;
-	const uint32_t block = set->first + at / RBF_LANES;
-	const uint16_t *running = c->draws + (size_t)set->first * RBF_LANES;
-	bounds b = {.mass = integral * c->amplitude[(size_t)rbf_luminance(c->channels) * c->blocks + block].a[at % RBF_LANES],
-		.whole = set->unit[RBF_DRAW_MASS] * (float)share_at(running, at)};
+	const size_t first = (size_t)set->first * RBF_LANES;
+	bounds b = {.mass = integral * sampler->luminance[set->first + at / RBF_LANES].a[at % RBF_LANES],
+		.whole = set->unit[RBF_DRAW_MASS] * (float)share_at(sampler->draws[RBF_DRAW_MASS] + first, at)};
 	b.least = b.mass;
 	if (sine > 0) {
-		const uint32_t share = share_at(running + RBF_DRAW_SLANT * lanes, at);
+		const uint32_t share = share_at(sampler->draws[RBF_DRAW_SLANT] + first, at);
 		b.whole += sine * set->unit[RBF_DRAW_SLANT] * (float)share;
 		b.least += sine * set->unit[RBF_DRAW_SLANT] * (float)(share ? share - 1 : 0);
 	}
 	if (part->table == RBF_DRAW_BAND)
-		b.band = set->unit[RBF_DRAW_BAND] * (float)share_at(running + RBF_DRAW_BAND * lanes, at);
+		b.band = set->unit[RBF_DRAW_BAND] * (float)share_at(sampler->draws[RBF_DRAW_BAND] + first, at);
 	return b;
 }
 
 /* A lobe, and the numbers by which a direction is drawn from it. */
 typedef struct lobe {
-	float centre[3], kappa, far, gap, a, b;
+	float centre[3], width, far, gap, a, b; /* width: 1 / kappa */
 	float keep;     /* with this, times factor and share, the direction is kept */
 } lobe;
 
 /* Where in the sum of the parts a number points to. */
-static inline uint32_t part_at(const rbf_sampler *sampler, double pick)
+static inline __attribute__((always_inline)) uint32_t part_at(const rbf_sampler *sampler, float pick)
 {
-	uint32_t p = 0;
-	for (uint32_t n = 0; n + 1 < sampler->parts; n++)
-		p += pick >= sampler->running[n + 1]; /* they rise */
-	return p;
+	uint64_t below = 0;
+	for (uint32_t n = 0; n < sampler->parts; n += RBF_FAN)
+		below |= (uint64_t)rbf_lanes_bits(rbf_lanes_load(sampler->before + n) <= pick) << n;
+	return (uint32_t)__builtin_ctzll(~below) - 1; /* they rise from 0 */
+}
+
+/* What a number that points to part p is in units of its table; it was rounded when the part was found. */
+static inline double units_at(const rbf_sampler *sampler, uint32_t p, double pick)
+{
+	const double units = (double)sampler->scale[p] * (pick - (double)sampler->before[p]);
+	return units > 0 ? units < RBF_DRAW_TOTAL ? units : RBF_DRAW_TOTAL - .5 : 0;
 }
 
 /* The lobe of part p that a number points to. state: of random numbers. Returns 0 if none is drawn, at once if `early` (a constant). */
@@ -242,40 +226,37 @@ static inline __attribute__((always_inline)) int choose(const rbf_site *site, co
 	int early, uint64_t *state, lobe *l)
 {
 	int taken = 1;
-	const rbf_component *c = site->component;
 	const struct rbf_sampler_part *part = &sampler->part[p];
+	const rbf_set *set = part->set;
 	const uint32_t frame = part->frame, k = part->corner;
 	const rbf_fan *fan = &site->fan[frame];
-	const uint16_t *running = c->draws + part->table * (size_t)c->blocks * RBF_LANES + (size_t)part->set->first * RBF_LANES;
-	const double units = sampler->scale[p] * (pick - sampler->running[p]);
-	const uint32_t low = first_above(running, part->set->blocks, (uint32_t)units), step = share_at(running, low);
-	const uint32_t block = part->set->first + low / RBF_LANES, lane = low % RBF_LANES;
-	const double rest = !first ? rbf_uniform(state) : step ? clamped((units - (running[low] - (double)step)) / step) : .5;
-	l->kappa = c->block[block].k[lane];
-	if (!(l->kappa > 0))
+	const uint16_t *running = sampler->draws[part->table] + (size_t)set->first * RBF_LANES;
+	const double units = units_at(sampler, p, pick);
+	const uint32_t low = first_above(running, set->blocks, (uint32_t)(int32_t)units), step = share_at(running, low);
+	const uint32_t block = set->first + low / RBF_LANES, lane = low % RBF_LANES;
+	const float kappa = site->component->block[block].k[lane];
+	if (!(kappa > 0))
 		return 0;
+	if (first)
+		rbf_split_number(step ? clamped((units - (running[low] - (double)step)) / step) : .5, &l->a, &l->b);
+	else
+		rbf_two_uniforms(state, &l->a, &l->b);
+	l->width = 1 / kappa;
 	rbf_site_centre(site, k, block, lane, l->centre);
-	l->far = l->kappa > RBF_LOBE_SHARP ? 0 : rbf_exp_negative(-2 * l->kappa);
+	l->far = kappa > RBF_LOBE_SHARP ? 0 : rbf_exp_negative(-2 * kappa);
 	l->gap = 0;
-	const bounds bound = bounds_at(c, part, fan->sine[k], low, (float)(2 * RBF_PI) * (1 - l->far) / l->kappa);
+	const bounds bound = bounds_at(sampler, part, fan->sine[k], low, (float)(2 * RBF_PI) * (1 - l->far) * l->width);
 	l->keep = bound.mass / (bound.whole * fan->gain[k]);
 	if (part->table == RBF_DRAW_BAND) {
-		const float inside = bound.band < bound.least && !(l->far > 0) ? rbf_minus_log(bound.band / bound.least) / l->kappa * .999f : 0;
-		l->gap = rbf_max(inside, rbf_lobe_gap(l->centre[2], l->kappa, sampler->band[frame]));
-		const float some = expf(-l->kappa * l->gap) * bound.whole / bound.band;
+		const float inside = bound.band < bound.least && !(l->far > 0) ? rbf_minus_log(bound.band / bound.least) * l->width * .999f : 0;
+		l->gap = rbf_max(inside, rbf_lobe_gap(l->centre[2], kappa, set->band));
+		const float some = rbf_exp_negative(-kappa * l->gap) * bound.whole / bound.band;
 		taken = rbf_uniform(state) < (double)some;
 		if (early && !taken)
 			return 0;
 		l->keep *= rbf_max(some, 1.f) / part->excess;
 	}
-	rbf_split_number(rest, &l->a, &l->b);
 	return taken;
-}
-
-/* What the band's table stands for of a share, or the others. What is above 1 by rounding is not. */
-static inline float of_share(float share, int band)
-{
-	return band ? share > 1 + 1e-6f ? share - 1 : 0 : rbf_min(share, 1.f);
 }
 
 static inline uint64_t random_state(double u)
@@ -287,30 +268,27 @@ static inline uint64_t random_state(double u)
 
 RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, double u, float exitant[3])
 {
-	const double total = sampler->running[sampler->parts];
-	exitant[0] = exitant[1] = exitant[2] = 0;
-	if (!(total > 0))
-		return 0;
+	const double total = (double)sampler->total;
 	u = clamped(u);
 	uint64_t state = random_state(u);
-	for (int attempt = 0; attempt < RBF_SAMPLE_TRIES; attempt++, u = rbf_uniform(&state)) {
+	for (int attempt = 0; attempt < RBF_SAMPLE_TRIES && total > 0; attempt++, u = rbf_uniform(&state)) {
 		const double pick = u * total;
-		const uint32_t p = part_at(sampler, pick);
+		const uint32_t p = part_at(sampler, (float)pick);
 		const struct rbf_sampler_part *part = &sampler->part[p];
 		lobe l;
-		float drawn[3], folded[3], share;
+		float drawn[3], folded[3];
 		if (!choose(site, sampler, p, pick, !attempt, 1, &state, &l))
 			continue;
-		draw(l.centre, l.kappa, l.far, l.gap, l.a, l.b, drawn);
-		if (part->table == RBF_DRAW_BAND && drawn[2] >= rbf_min(sampler->band[part->frame], part->set->band))
+		draw(l.centre, l.width, l.far, l.gap, l.a, l.b, drawn);
+		if (part->table == RBF_DRAW_BAND && drawn[2] >= part->set->band)
 			continue;
-		l.keep *= carry(site, part->corner, part->frame, sampler->clear[part->frame], drawn, folded, &share);
-		l.keep *= of_share(share, part->table == RBF_DRAW_BAND);
-		if (l.keep >= 1 || (l.keep > 0 && rbf_uniform(&state) < (double)l.keep)) {
+		l.keep *= carry(site, part->corner, part->frame, part->table == RBF_DRAW_BAND, drawn, folded);
+		if (l.keep > 0 && rbf_uniform(&state) < (double)l.keep) {
 			rbf_site_unfold(site, folded, exitant);
 			return 1;
 		}
 	}
+	exitant[0] = exitant[1] = exitant[2] = 0;
 	return 0;
 }
 
@@ -331,12 +309,15 @@ typedef struct crowd {
 /* part_at() of all. */
 RBF_CLONES static void parts_of(const rbf_sampler *sampler, const crowd *c, uint8_t part[RBF_CARRY])
 {
-	int64_t at[RBF_CARRY];
-	for (uint32_t i = 0; i < c->count; i++)
+	int32_t at[RBF_CARRY];
+	float pick[RBF_CARRY];
+	for (uint32_t i = 0; i < c->count; i++) {
 		at[i] = 0;
-	for (uint32_t n = 0; n + 1 < sampler->parts; n++)
+		pick[i] = (float)c->pick[i];
+	}
+	for (uint32_t n = 1; n < sampler->parts; n++)
 		for (uint32_t i = 0; i < c->count; i++)
-			at[i] += c->pick[i] >= sampler->running[n + 1];
+			at[i] += sampler->before[n] <= pick[i];
 	for (uint32_t i = 0; i < c->count; i++)
 		part[i] = (uint8_t)at[i];
 }
@@ -345,7 +326,7 @@ RBF_CLONES static void parts_of(const rbf_sampler *sampler, const crowd *c, uint
 typedef struct draft {
 	int count;
 	uint16_t of[RBF_CARRY];         /* place in the crowd */
-	rbf_carry_row x, y, z, kappa, far, gap, a, b, keep, factor, share, p[3], e[3];
+	rbf_carry_row x, y, z, width, far, gap, a, b, keep, factor, share, p[3], e[3];
 } draft;
 
 RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, int first, crowd *c, const uint16_t order[],
@@ -360,7 +341,7 @@ RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampl
 		d->x[n] = l.centre[0];
 		d->y[n] = l.centre[1];
 		d->z[n] = l.centre[2];
-		d->kappa[n] = l.kappa;
+		d->width[n] = l.width;
 		d->far[n] = l.far;
 		d->gap[n] = l.gap;
 		d->a[n] = l.a;
@@ -373,7 +354,7 @@ RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampl
 		d->x[n] = d->x[0];
 		d->y[n] = d->y[0];
 		d->z[n] = d->z[0];
-		d->kappa[n] = d->kappa[0];
+		d->width[n] = d->width[0];
 		d->far[n] = d->gap[n] = 0;
 		d->a[n] = d->b[n] = .5f;
 	}
@@ -385,7 +366,7 @@ RBF_CLONES static void draw_all(draft *d, float flip_x, float flip_y)
 	for (int i = 0; i < d->count; i++) {
 		const float centre[3] = {d->x[i], d->y[i], d->z[i]};
 		float out[3];
-		draw(centre, d->kappa[i], d->far[i], d->gap[i], d->a[i], d->b[i], out);
+		draw(centre, d->width[i], d->far[i], d->gap[i], d->a[i], d->b[i], out);
 		d->p[0][i] = out[0] * flip_x;
 		d->p[1][i] = out[1] * flip_y;
 		d->p[2][i] = out[2];
@@ -416,7 +397,7 @@ static uint32_t draw_part(const rbf_site *site, const rbf_sampler *sampler, uint
 	draw_all(d, site->flip[0][k], site->flip[1][k]);
 	rbf_carry_back(site, k, f, d->count, (const rbf_carry_row *)d->p, d->e, d->factor);
 	rbf_carry_shares(site, k, f, d->count, (const rbf_carry_row *)d->e, d->share);
-	weigh_all(d, part->table == RBF_DRAW_BAND ? rbf_min(sampler->band[f], part->set->band) : 2);
+	weigh_all(d, part->table == RBF_DRAW_BAND ? part->set->band : 2);
 	for (int i = 0; i < d->count; i++) {
 		const uint16_t at = d->of[i];
 		if (!(d->keep[i] > 0) || !(rbf_uniform(&c->state[at]) < (double)d->keep[i]))
@@ -431,7 +412,7 @@ static uint32_t draw_part(const rbf_site *site, const rbf_sampler *sampler, uint
 
 size_t rbf_site_sample_many(const rbf_site *site, const rbf_sampler *sampler, size_t count, const double *u, float exitant[][3])
 {
-	const double total = sampler->running[sampler->parts];
+	const double total = (double)sampler->total;
 	size_t drawn = 0;
 	crowd c;
 	draft d;

@@ -8,10 +8,11 @@
 /* What all draws at one site have in common. A part is one table of one corner and frame. */
 typedef struct rbf_sampler {
 	uint32_t parts;
-	float clear[RBF_MAX_FRAMES];       /* z of exitant directions from which on no corner of a frame takes over from another */
-	float band[RBF_MAX_FRAMES];        /* the same of directions at the corners */
-	double running[3 * RBF_SITE_JOBS + 1]; /* sum of the bounds of the parts before; of floats, so that differences are exact */
-	double scale[3 * RBF_SITE_JOBS];   /* of each part, units of its table in what `running` counts */
+	const uint16_t *draws[3];          /* each table, of all sets */
+	const rbf_amplitude *luminance;    /* of all blocks */
+	float total;                       /* sum of the bounds of all parts */
+	float before[3 * RBF_SITE_JOBS + 1 + RBF_FAN]; /* of those before each; INFINITY beyond the parts */
+	float scale[3 * RBF_SITE_JOBS + RBF_FAN];  /* units of each part's table in what these count */
 	struct rbf_sampler_part {
 		const rbf_set *set;
 		float excess;          /* by how much the share of its corner can be above 1 */
@@ -43,14 +44,27 @@ static inline void rbf_split_number(double u, float *a, float *b)
 	*b = ((float)(int32_t)(x >> 32) + .5f) * 0x1p-16f;
 }
 
-/* A number of [0, 1) from a state that any number may start. SplitMix64: Steele et al., Fast splittable pseudorandom number generators,
- * 2014. */
-static inline double rbf_uniform(uint64_t *state)
+/* Random bits from a state that any number may start. SplitMix64: Steele et al., Fast splittable pseudorandom number generators, 2014. */
+static inline uint64_t rbf_random_bits(uint64_t *state)
 {
 	uint64_t z = *state += 0x9e3779b97f4a7c15u;
 	z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
 	z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-	return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
+	return z ^ (z >> 31);
+}
+
+/* A number of [0, 1). */
+static inline double rbf_uniform(uint64_t *state)
+{
+	return (double)(rbf_random_bits(state) >> 11) * 0x1p-53;
+}
+
+/* Two numbers of (0, 1). */
+static inline void rbf_two_uniforms(uint64_t *state, float *a, float *b)
+{
+	const uint64_t z = rbf_random_bits(state);
+	*a = ((float)(int32_t)(z >> 41) + .5f) * 0x1p-23f;
+	*b = ((float)(int32_t)((uint32_t)z >> 9) + .5f) * 0x1p-23f;
 }
 
 /* Centre of a corner's lobe with the site's residual motion, in the base's coordinates. */
@@ -61,6 +75,8 @@ static inline void rbf_site_centre(const rbf_site *site, uint32_t corner, uint32
 	centre[0] = b->x[lane];
 	centre[1] = b->y[lane];
 	centre[2] = b->z[lane];
+	if (!site->moves)
+		return;
 	const uint32_t at = block - c->set[site->base[corner] * c->frames].first;
 	int moved = 0;
 	const rbf_motion *motion = &site->motion[corner];

@@ -9,6 +9,7 @@
 
 #include "question.h"
 #include "random_model.h"
+#include "sample.h"
 
 enum { MODELS = FIXTURES + RANDOM_PLANS, SAMPLES = 15000 };
 static const double theta_deg[] = {0, 20, 45, 60, 75, 80, 83, 85};
@@ -228,6 +229,51 @@ static void ends_of_the_range(void **state)
 	assert_false(bsdfrbf_sample(model[1], below, 0, .5, d)); /* the back was not measured */
 }
 
+/* A number at the border between two parts of a site's sampler, or beside it by rounding, draws from one of them: lobes behind those of a
+ * set, which here have no direction at all, are never reached. */
+static void borders_of_parts(void **state)
+{
+	(void)state;
+	static const double beside[] = {-1e-7, -6e-8, -2e-8, -1e-12, -0x1p-53, 0, 0x1p-53, 1e-12, 2e-8, 6e-8, 1e-7};
+	for (int m = 0; m < MODELS; m++) {
+		int transmit;
+		const rbf_component *of = fixture_component(model[m], &transmit);
+		rbf_component c = *of;
+		rbf_block *block = malloc((c.blocks + 16) * sizeof *block);
+		rbf_amplitude *amplitude = malloc((c.channels * c.blocks + 16) * sizeof *amplitude);
+		assert_true(block && amplitude);
+		for (uint32_t b = 0; b < c.blocks + 16; b++)
+			block[b] = b < c.blocks ? of->block[b] : (rbf_block){.z = {5, 5, 5, 5, 5, 5, 5, 5}, .k = {50, 50, 50, 50, 50, 50, 50, 50}};
+		for (uint32_t b = 0; b < c.channels * c.blocks + 16; b++)
+			for (int i = 0; i < RBF_LANES; i++)
+				amplitude[b].a[i] = b < c.channels * c.blocks ? of->amplitude[b].a[i] : 1e9f;
+		c.block = block;
+		c.amplitude = amplitude;
+		c.residual = 0;
+		uint32_t last = 0;
+		while (c.mesh.vertex[last].base != c.mesh.bases - 1)
+			last++;
+		for (int second = 0; second < 2; second++) { /* a small part between others, or the last one */
+			const rbf_vertex corner[3] = {c.mesh.vertex[0], c.mesh.vertex[second ? last : 0], c.mesh.vertex[second ? 0 : last]};
+			const float weight[3] = {.5f, second ? 1e-5f : .25f, second ? .5f : .25f};
+			float in[3] = {corner[0].direction[0] + .01f, corner[0].direction[1], corner[0].direction[2]}, out[3];
+			rbf_site site;
+			rbf_sampler sampler;
+			rbf_normalize(in);
+			rbf_site_corners(&c, in, corner, weight, &site);
+			rbf_sampler_set(&site, &sampler);
+			for (uint32_t p = 1; p <= sampler.parts; p++)
+				for (size_t i = 0; i < sizeof beside / sizeof *beside; i++) {
+					const double border = (double)(p < sampler.parts ? sampler.before[p] : sampler.total) / (double)sampler.total;
+					if (rbf_site_sample(&site, &sampler, border * (1 + beside[i]), out))
+						assert_float_equal(rbf_dot(out, out), 1, 1e-5);
+				}
+		}
+		free(block);
+		free(amplitude);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -238,6 +284,7 @@ int main(void)
 		cmocka_unit_test(lists),
 		cmocka_unit_test(many_at_one_incidence),
 		cmocka_unit_test(ends_of_the_range),
+		cmocka_unit_test(borders_of_parts),
 	};
 	return cmocka_run_group_tests(tests, build, clear);
 }

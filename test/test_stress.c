@@ -492,7 +492,7 @@ static double drawn_share(const rbf_site *site, double arrives)
 {
 	rbf_sampler sampler;
 	rbf_sampler_set(site, &sampler);
-	const double total = (double)site->scale * sampler.running[sampler.parts];
+	const double total = (double)site->scale * (double)sampler.total;
 	return total > arrives ? 1 - pow(1 - arrives / total, RBF_SAMPLE_TRIES) : 1;
 }
 
