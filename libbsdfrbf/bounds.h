@@ -15,12 +15,17 @@ static inline uint32_t rbf_bound_base(const rbf_component *c, const rbf_vertex *
 	return rbf_bound(vertex->base, c->mesh.bases);
 }
 
-/* Set `s`, s < c->sets; an empty one if it does not lie within the blocks. */
-static inline const rbf_set *rbf_bound_set(const rbf_component *c, size_t s)
+/* One of the component's sets; an empty one if it does not lie within the blocks. */
+static inline const rbf_set *rbf_bound_to(const rbf_component *c, const rbf_set *set)
 {
 	static const rbf_set empty;
-	const rbf_set *set = c->set + s;
-	return set->first <= c->blocks && set->blocks <= c->blocks - set->first ? set : &empty;
+	return (uint64_t)set->first + set->blocks <= c->blocks ? set : &empty;
+}
+
+/* Set `s`, s < c->sets. */
+static inline const rbf_set *rbf_bound_set(const rbf_component *c, size_t s)
+{
+	return rbf_bound_to(c, c->set + s);
 }
 
 /* Shifts of all sets of `base`, given the entry of shift_of. NULL: no motion, or not within the array. */

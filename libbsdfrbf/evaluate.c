@@ -18,7 +18,7 @@ static inline __attribute__((always_inline)) rbf_lane_mask cells_at(const rbf_la
 }
 
 /* Culling mask for a set, index s. Below the horizon everything counts. */
-static inline uint64_t groups_at(const uint64_t *packed, const uint64_t *wide, uint32_t s, const rbf_set *set, uint32_t cell, int above)
+static inline uint64_t groups_at(const uint64_t *packed, const uint64_t *wide, size_t s, const rbf_set *set, uint32_t cell, int above)
 {
 	static const uint64_t everything = ~(uint64_t)0; /* from any bit at which a mask begins */
 	rbf_cull_mask mask = rbf_cull_at(packed, wide, s, set, cell);
@@ -33,12 +33,17 @@ static inline __attribute__((always_inline)) uint64_t groups_near(const rbf_comp
 		: rbf_cull_all(set->blocks);
 }
 
-/* What is to be summed at a folded exitant direction, one job for every corner and frame that counts. plain: as in rbf_kernel_lobes. */
-RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3], rbf_kernel_job job[RBF_SITE_JOBS], int *plain)
+/* What is to be summed at a folded exitant direction, one job for every corner and frame that counts. plain: as in rbf_kernel_lobes.
+ * usual (a constant): masks are packed and nothing moves. */
+static inline __attribute__((always_inline)) uint32_t add_jobs(const rbf_site *site, const float exitant[3], rbf_kernel_job job[RBF_SITE_JOBS],
+	int *plain, int usual)
 {
 	const rbf_component *c = site->component;
-	const uint64_t *packed = c->cull, *wide = c->cull_wide;
+	const uint64_t *packed = c->cull, *wide = usual ? NULL : c->cull_wide;
+	const rbf_set *first[3];
 	uint32_t jobs = 0, most = 0;
+	for (uint32_t k = 0; k < site->corners; k++)
+		first[k] = c->set + (size_t)site->base[k] * c->frames;
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_lanes d[3];
 		const rbf_lanes factor = rbf_fan_forward(&site->fan[f], site->incident, site->direction, exitant, d);
@@ -47,22 +52,27 @@ RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3],
 		d[1] *= rbf_lanes_load(site->flip[1]);
 		const rbf_lane_mask cell = cells_at(d);
 		for (uint32_t k = 0; k < site->corners; k++) {
-			const uint32_t s = site->base[k] * c->frames + f;
-			const rbf_set *set = rbf_bound_set(c, s);
+			const rbf_set *set = rbf_bound_to(c, first[k] + f);
 			const float w = weight[k], to[3] = {d[0][k], d[1][k], d[2][k]};
 			rbf_kernel_job *j = &job[jobs];
-			*j = (rbf_kernel_job){{to[0], to[1], to[2]}, w, packed || wide ? groups_at(packed, wide, s, set, (uint32_t)cell[k], to[2] > 0)
+			*j = (rbf_kernel_job){{to[0], to[1], to[2]}, w,
+				usual || packed || wide ? groups_at(packed, wide, (size_t)(first[k] - c->set) + f, set, (uint32_t)cell[k], to[2] > 0)
 				: groups_near(c, set, to, site->moves), set->first, set->blocks, NULL, 0};
-			if (site->moves && (site->motion[k].shift[0] || site->motion[k].shift[1])) {
+			if (!usual && site->moves && (site->motion[k].shift[0] || site->motion[k].shift[1])) {
 				j->motion = &site->motion[k];
-				j->start = set->first - c->set[site->base[k] * c->frames].first;
+				j->start = set->first - first[k]->first;
 			}
 			most = set->blocks > most ? set->blocks : most;
 			jobs += (w > 0) & (set->blocks > 0); /* else the next one takes its place */
 		}
 	}
-	*plain = !site->moves & (most <= RBF_CULL_BITS);
+	*plain = (usual || !site->moves) & (most <= RBF_CULL_BITS);
 	return jobs;
+}
+
+RBF_CLONES static uint32_t jobs_at(const rbf_site *site, const float exitant[3], rbf_kernel_job job[RBF_SITE_JOBS], int *plain)
+{
+	return site->component->cull && !site->moves ? add_jobs(site, exitant, job, plain, 1) : add_jobs(site, exitant, job, plain, 0);
 }
 
 /* All channels of a component, or how wide what is seen is. */
