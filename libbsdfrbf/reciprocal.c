@@ -351,7 +351,7 @@ int rbf_reciprocal_sample(const bsdfrbf_model *model, const rbf_component *c, co
 		const double rest = step > 0 ? (u * (double)t->leaf[t->leaves - 1].running - from) / step : .5;
 		float a, b, d[3], value[3];
 		rbf_site site;
-		rbf_split_number(attempt ? rbf_uniform(&state) : rest > 0 ? rest < 1 ? rest : 1 - 0x1p-53 : 0, &a, &b);
+		rbf_split_number((uint32_t)((attempt ? rbf_uniform(&state) : rest > 0 ? rest < 1 ? rest : 1 - 0x1p-53 : 0) * 0x1p32), &a, &b);
 		rbf_direction_from_cell(ldexp(l->x + (double)a, -l->level), ldexp(l->y + (double)b, -l->level), d);
 		rbf_site_locate(c, d, &site);
 		value_at(c, &site, turned.incident, value);

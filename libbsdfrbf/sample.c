@@ -16,9 +16,8 @@
 #include "shares.h"
 
 #include <string.h>
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
+
+enum { WINDOW = 8 }; /* blocks that are searched at once */
 
 /* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
 static inline void around(const float centre[3], float w, float cosine, float sine, float out[3])
@@ -80,27 +79,37 @@ static inline __attribute__((always_inline)) float carry(const rbf_site *site, u
 	return factor * of_share(share[corner], band);
 }
 
-/* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise to more than the target. No branch that
- * could be guessed wrong. */
-static inline uint32_t first_above(const uint16_t *rising, uint32_t blocks, uint32_t target)
+typedef uint16_t shorts __attribute__((vector_size(2 * RBF_LANES)));
+
+/* How many numbers of so many blocks are not above the target. */
+static inline __attribute__((always_inline)) uint32_t count_within(const uint16_t *rising, uint32_t blocks, uint16_t target)
 {
-	uint32_t block = 0, lane = 0;
-	for (uint32_t n = 8; n < blocks; n += 8) /* compares do not wait for each other */
-		block += rising[n * RBF_LANES - 1] <= target ? 8 : 0;
-	const uint32_t left = blocks - block;
-	uint32_t ways = 0;
-	for (uint32_t n = 1; n < 8; n++)
-		ways += rising[(block + (n < left ? n : left)) * RBF_LANES - 1] <= target;
-	block += ways;
-#if defined(__SSE2__)
-	const __m128i some = _mm_loadu_si128((const __m128i *)(const void *)(rising + block * RBF_LANES));
-	const __m128i beyond = _mm_subs_epu16(some, _mm_set1_epi16((short)target)); /* 0: not above */
-	lane = (uint32_t)__builtin_ctz(~(uint32_t)_mm_movemask_epi8(_mm_cmpeq_epi16(beyond, _mm_setzero_si128())) | 0x4000) / 2;
-#else
-	for (uint32_t n = 0; n < RBF_LANES - 1; n++)
-		lane += rising[block * RBF_LANES + n] <= target;
-#endif
-	return block * RBF_LANES + lane;
+	const shorts most = target - (shorts){0};
+	shorts within = {0};
+	for (uint32_t n = 0; n < blocks; n++) {
+		shorts some;
+		memcpy(&some, rising + n * RBF_LANES, sizeof some);
+		within -= (shorts)(some <= most);
+	}
+	uint64_t sum[2];
+	memcpy(sum, &within, sizeof sum);
+	return (uint32_t)((sum[0] + sum[1]) * 0x0001000100010001u >> 48);
+}
+
+/* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise. No branch that could be guessed wrong. */
+static inline __attribute__((always_inline)) uint32_t first_above(const uint16_t *rising, uint32_t blocks, uint16_t target)
+{
+	const uint32_t last = blocks * RBF_LANES - 1;
+	uint32_t block = 0, at;
+	if (blocks < WINDOW)
+		at = count_within(rising, blocks, target);
+	else {
+		for (uint32_t n = WINDOW; n < blocks; n += WINDOW) /* compares do not wait for each other */
+			block += rising[n * RBF_LANES - 1] <= target ? WINDOW : 0;
+		block = block < blocks - WINDOW ? block : blocks - WINDOW;
+		at = block * RBF_LANES + count_within(rising + block * RBF_LANES, WINDOW, target);
+	}
+	return at < last ? at : last;
 }
 
 /* Share of an entry of a set's table. */
@@ -214,11 +223,11 @@ static inline __attribute__((always_inline)) uint32_t part_at(const rbf_sampler 
 	return (uint32_t)__builtin_ctzll(~below) - 1; /* they rise from 0 */
 }
 
-/* What a number that points to part p is in units of its table; it was rounded when the part was found. */
-static inline double units_at(const rbf_sampler *sampler, uint32_t p, double pick)
+/* What a number that points to part p is in units of its table, times 2^32; it was rounded when the part was found. */
+static inline uint64_t units_at(const rbf_sampler *sampler, uint32_t p, double pick)
 {
-	const double units = (double)sampler->scale[p] * (pick - (double)sampler->before[p]);
-	return units > 0 ? units < RBF_DRAW_TOTAL ? units : RBF_DRAW_TOTAL - .5 : 0;
+	const double units = (double)sampler->scale[p] * 0x1p32 * (pick - (double)sampler->before[p]), most = RBF_DRAW_TOTAL * 0x1p32 - 1;
+	return (uint64_t)(int64_t)(units > 0 ? units < most ? units : most : 0);
 }
 
 /* The lobe of part p that a number points to. state: of random numbers. Returns 0 if none is drawn, at once if `early` (a constant). */
@@ -231,14 +240,14 @@ static inline __attribute__((always_inline)) int choose(const rbf_site *site, co
 	const uint32_t frame = part->frame, k = part->corner;
 	const rbf_fan *fan = &site->fan[frame];
 	const uint16_t *running = sampler->draws[part->table] + (size_t)set->first * RBF_LANES;
-	const double units = units_at(sampler, p, pick);
-	const uint32_t low = first_above(running, set->blocks, (uint32_t)(int32_t)units), step = share_at(running, low);
+	const uint64_t units = units_at(sampler, p, pick);
+	const uint32_t low = first_above(running, set->blocks, (uint16_t)(units >> 32)), step = share_at(running, low);
 	const uint32_t block = set->first + low / RBF_LANES, lane = low % RBF_LANES;
 	const float kappa = site->component->block[block].k[lane];
 	if (!(kappa > 0))
 		return 0;
 	if (first)
-		rbf_split_number(step ? clamped((units - (running[low] - (double)step)) / step) : .5, &l->a, &l->b);
+		rbf_split_number((uint32_t)((units - ((uint64_t)(running[low] - step) << 32)) / (step | !step)), &l->a, &l->b);
 	else
 		rbf_two_uniforms(state, &l->a, &l->b);
 	l->width = 1 / kappa;

@@ -31,10 +31,10 @@ int rbf_site_sample(const rbf_site *site, const rbf_sampler *sampler, double u, 
 /* The same for many numbers: from the same number the same direction, but for rounding. Returns how many were drawn; others are 0. */
 size_t rbf_site_sample_many(const rbf_site *site, const rbf_sampler *sampler, size_t count, const double *u, float exitant[][3]);
 
-/* One number of [0, 1) into two of (0, 1), by its odd and even bits, 16 of each: what was stratified stays so in both. */
-static inline void rbf_split_number(double u, float *a, float *b)
+/* A number of [0, 1), times 2^32, into two of (0, 1), by its odd and even bits, 16 of each: what was stratified stays so in both. */
+static inline void rbf_split_number(uint32_t number, float *a, float *b)
 {
-	const uint64_t bits = (uint64_t)(u * 0x1p32);
+	const uint64_t bits = number;
 	uint64_t x = (bits & 0x55555555u) | (bits >> 1 & 0x55555555u) << 32; /* even ones below, odd ones above; each moved together: */
 	x = (x | x >> 1) & 0x3333333333333333u;
 	x = (x | x >> 2) & 0x0f0f0f0f0f0f0f0fu;
