@@ -31,13 +31,15 @@ typedef struct rbf_site {
 /* Prepares a site. incident: unit, z > 0, half space of the component. */
 void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site);
 
-/* The same in steps, for several sites at once: rbf_site_turn(), then where in the mesh it is, then the rest. */
+/* The same in steps, for several sites at once: rbf_site_turn(), then where in the mesh it is, then the rest but for the scale, which samples
+ * do without. */
 typedef struct rbf_spot {
 	uint32_t item;
 	float weight[3];
 } rbf_spot;
 void rbf_site_find(const rbf_site *site, rbf_spot *at);
 void rbf_site_settle(rbf_site *site, const rbf_spot *at);
+void rbf_site_limit(rbf_site *site, const rbf_spot *at); /* the scale */
 
 /* The same at a given place of the mesh: item and weights as rbf_mesh_locate() gives them, and an incident direction that is not folded
  * and need not be the one of the weights. What lies outside the mesh is not limited. */

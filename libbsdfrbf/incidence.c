@@ -12,16 +12,29 @@ _Static_assert(_Alignof(rbf_incidence) <= _Alignof(bsdfrbf_incidence), "the publ
 void rbf_side_set(const bsdfrbf_model *model, const float incident[3], int transmit, rbf_side *s)
 {
 	s->model = model;
-	s->located = s->ready = s->known = s->measured = 0;
+	s->located = s->limited = s->ready = s->known = s->measured = 0;
 	s->below = (incident[2] < 0) != (transmit != 0);
 	s->component = rbf_query_incident(model, incident, transmit, s->local, &s->swapped);
 }
 
+/* The site without its scale. */
+static const rbf_site *place_of(rbf_side *s)
+{
+	if (!s->located) {
+		rbf_site_turn(s->component, s->local, &s->site);
+		rbf_site_find(&s->site, &s->spot);
+		rbf_site_settle(&s->site, &s->spot);
+	}
+	s->located = 1;
+	return &s->site;
+}
+
 static const rbf_site *site_of(rbf_side *s)
 {
-	if (!s->located)
-		rbf_site_locate(s->component, s->local, &s->site);
-	s->located = 1;
+	place_of(s);
+	if (!s->limited)
+		rbf_site_limit(&s->site, &s->spot);
+	s->limited = 1;
 	return &s->site;
 }
 
@@ -68,14 +81,13 @@ void rbf_side_dhr(rbf_side *s, float *value)
 static const rbf_sampler *sampler_of(rbf_side *s)
 {
 	if (!s->ready)
-		rbf_sampler_set(site_of(s), &s->sampler);
+		rbf_sampler_set(place_of(s), &s->sampler);
 	s->ready = 1;
 	return &s->sampler;
 }
 
 void rbf_sides_prepare(uint32_t sides, rbf_side side[])
 {
-	rbf_spot at[RBF_SIDES];
 	int wanted[RBF_SIDES];
 	for (uint32_t n = 0; n < sides; n++) {
 		wanted[n] = side[n].component && !side[n].swapped;
@@ -84,10 +96,10 @@ void rbf_sides_prepare(uint32_t sides, rbf_side side[])
 	}
 	for (uint32_t n = 0; n < sides; n++)
 		if (wanted[n])
-			rbf_site_find(&side[n].site, &at[n]);
+			rbf_site_find(&side[n].site, &side[n].spot);
 	for (uint32_t n = 0; n < sides; n++)
 		if (wanted[n])
-			rbf_site_settle(&side[n].site, &at[n]);
+			rbf_site_settle(&side[n].site, &side[n].spot);
 	for (uint32_t n = 0; n < sides; n++)
 		if (wanted[n]) {
 			rbf_sampler_set(&side[n].site, &side[n].sampler);
@@ -219,7 +231,7 @@ void rbf_incidence_resolution(rbf_incidence *at, const float *outgoing, int tran
 		if (s->swapped)
 			rbf_site_locate(s->component, exitant, &reverse);
 		else
-			site = site_of(s);
+			site = place_of(s);
 		if (s->measured && !memcmp(exitant, s->exitant, sizeof exitant))
 			memcpy(sum, s->width, sizeof sum);
 		else {
@@ -230,7 +242,7 @@ void rbf_incidence_resolution(rbf_incidence *at, const float *outgoing, int tran
 		w.kappa = (double)sum[1];
 		cosine = fmax((double)(s->swapped ? s->local[2] : exitant[2]), .05);
 	} else if (s && s->component)
-		collect_all(site_of(s), &w);
+		collect_all(place_of(s), &w);
 	const double kappa = w.weight > 0 ? fmax(w.kappa / w.weight, .5) : .5;
 	*smallest = (float)fmin(cosine * RBF_PI * .25 / kappa, RBF_PI);
 	*largest = (float)fmin(cosine * RBF_PI * 2.25 / kappa, RBF_PI);

@@ -11,12 +11,13 @@ typedef struct rbf_side {
 	const rbf_component *component; /* NULL: nothing answers */
 	int swapped;        /* the component is the reverse one, by reciprocity */
 	int below;          /* outgoing vectors have z < 0 */
-	int located, ready; /* whether site and sampler are set */
+	int located, limited, ready; /* whether the site is set, its scale, and the sampler */
 	int known;          /* whether dhr is */
 	float local[3];     /* incident direction in the component's half space (exitant if swapped) */
 	float dhr[3];
 	int measured;       /* whether width is known, at: */
 	float exitant[3], width[2]; /* of rbf_site_width() */
+	rbf_spot spot;
 	rbf_site site;
 	rbf_sampler sampler;
 } rbf_side;

@@ -218,8 +218,12 @@ void rbf_site_find(const rbf_site *site, rbf_spot *at)
 
 void rbf_site_settle(rbf_site *site, const rbf_spot *at)
 {
-	float dhr[3];
 	set_place(site, at->item, at->weight);
+}
+
+void rbf_site_limit(rbf_site *site, const rbf_spot *at)
+{
+	float dhr[3];
 	if (at->item & RBF_MESH_BORDER && site->component->dhr)
 		site->scale = scale_outside(site->component, at->item & ~RBF_MESH_BORDER, at->weight, site->incident, dhr);
 }
@@ -230,6 +234,7 @@ void rbf_site_locate(const rbf_component *component, const float incident[3], rb
 	rbf_site_turn(component, incident, site);
 	rbf_site_find(site, &at);
 	rbf_site_settle(site, &at);
+	rbf_site_limit(site, &at);
 }
 
 void rbf_component_dhr(const rbf_component *c, const float incident[3], float value[3])
