@@ -251,8 +251,8 @@ static void borders_of_parts(void **state)
 		c.amplitude = amplitude;
 		c.residual = 0;
 		uint32_t last = 0;
-		while (c.mesh.vertex[last].base != c.mesh.bases - 1)
-			last++;
+		for (uint32_t v = 1; v < c.mesh.vertices; v++)
+			last = c.mesh.vertex[v].base > c.mesh.vertex[last].base ? v : last;
 		for (int second = 0; second < 2; second++) { /* a small part between others, or the last one */
 			const rbf_vertex corner[3] = {c.mesh.vertex[0], c.mesh.vertex[second ? last : 0], c.mesh.vertex[second ? 0 : last]};
 			const float weight[3] = {.5f, second ? 1e-5f : .25f, second ? .5f : .25f};
