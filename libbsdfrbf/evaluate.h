@@ -56,16 +56,7 @@ void rbf_site_even(rbf_site *site, uint32_t even, const rbf_level level[3]);
 void rbf_site_turn(const rbf_component *component, const float incident[3], rbf_site *site);
 
 /* Turns an exitant direction into the site's folded coordinates, and back. */
-static inline void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3])
-{
-	if (site->component->mesh.symmetry == RBF_ISOTROPIC) {
-		folded[0] = site->cosine*exitant[0] + site->sine*exitant[1];
-		folded[1] = site->cosine*exitant[1] - site->sine*exitant[0];
-		folded[2] = exitant[2];
-	} else
-		rbf_mirror(site->op, exitant, folded);
-}
-
+void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3]);
 static inline void rbf_site_unfold(const rbf_site *site, const float folded[3], float exitant[3])
 {
 	if (site->component->mesh.symmetry == RBF_ISOTROPIC) {

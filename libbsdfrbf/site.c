@@ -237,6 +237,16 @@ void rbf_site_locate(const rbf_component *component, const float incident[3], rb
 	rbf_site_limit(site, &at);
 }
 
+void rbf_site_fold(const rbf_site *site, const float exitant[3], float folded[3])
+{
+	if (site->component->mesh.symmetry == RBF_ISOTROPIC) {
+		folded[0] = site->cosine*exitant[0] + site->sine*exitant[1];
+		folded[1] = site->cosine*exitant[1] - site->sine*exitant[0];
+		folded[2] = exitant[2];
+	} else
+		rbf_mirror(site->op, exitant, folded);
+}
+
 void rbf_component_dhr(const rbf_component *c, const float incident[3], float value[3])
 {
 	rbf_site site;
