@@ -13,8 +13,10 @@
 #include "trend.h"
 #include "tune.h"
 #include "turned.h"
+#include "unread.h"
 
 #include <omp.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,6 +37,21 @@ static void tell_scale(bsdfrbf_context *context, const char *name, const rbf_job
 		rbf_warn(context, "%s: incidence theta %.1f phi %.1f sends %.*f times the light that those around it tell; it is kept as measured: check "
 			"its scale, measure it again, or leave it out", name, theta, phi, times < .095 ? 3 : times < 9.5 ? 1 + (times < .95) : 0, times);
 	}
+}
+
+/* Says what was left out, and notes it in the model's text "unread". */
+static bsdfrbf_status tell_unread(bsdfrbf_context *context, const char *name, const rbf_measured *all, const rbf_unread *unread, bsdfrbf_model *model)
+{
+	char text[512];
+	double theta, phi;
+	if (!unread->samples)
+		return BSDFRBF_OK;
+	rbf_job_angles(all->incidence[unread->first].direction, &theta, &phi);
+	rbf_warn(context, "%s: %zu samples at %zu of %zu incidences, the first at theta %.2f phi %.2f, are zero amid steady light, here and there: they "
+		"count as not read, and are left out", name, unread->samples, unread->incidences, all->count, theta, phi);
+	const char *before = bsdfrbf_get_text(model, "unread");
+	snprintf(text, sizeof text, "%s%s%s %zu samples", before, *before ? ", " : "", name, unread->samples);
+	return bsdfrbf_set_text(context, model, "unread", text);
 }
 
 static float longest(const rbf_component *c)
@@ -137,6 +154,23 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	return set_facts(context, j, c);
 }
 
+/* The component of these measurements, with progress between two shares of the whole. */
+static bsdfrbf_status build_passes(bsdfrbf_context *context, const rbf_measured *read, int component, int channels, const bsdfrbf_build_options *o,
+	double from, double to, rbf_component *c)
+{
+	const char symmetry = o->symmetry ? o->symmetry : read->isotropic ? 'I' : 0;
+	int found = 0;
+	bsdfrbf_status status = BSDFRBF_OK;
+	for (int pass = 0; pass <= found && status == BSDFRBF_OK; pass++) {
+		rbf_job j = {.transmits = component == BSDFRBF_TF || component == BSDFRBF_TB};
+		rbf_component_free(c); /* of the former pass */
+		status = build_component(context, read, rbf_component_name(component), channels, o, found ? 'I' : symmetry,
+			from + .6 * found * (to - from), to, &found, &j, c);
+		rbf_job_free(&j);
+	}
+	return status;
+}
+
 static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, const bsdfrbf_build_options *o, bsdfrbf_model *model)
 {
 	int components = 0, done = 0;
@@ -145,19 +179,17 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 		components += data->component[i].count > 0;
 	model->channels = (uint32_t)data->channels;
 	for (int i = 0; i < 4; i++) {
-		if (!data->component[i].count)
+		const rbf_measured *all = &data->component[i];
+		rbf_measured read;
+		rbf_unread unread;
+		if (!all->count)
 			continue;
 		const double from = (double)done / components, to = (double)++done / components;
-		const char symmetry = o->symmetry ? o->symmetry : data->component[i].isotropic ? 'I' : 0;
-		int found = 0;
-		bsdfrbf_status status = BSDFRBF_OK;
-		for (int pass = 0; pass <= found && status == BSDFRBF_OK; pass++) {
-			rbf_job j = {.transmits = i == BSDFRBF_TF || i == BSDFRBF_TB};
-			rbf_component_free(&model->component[i]); /* of the former pass */
-			status = build_component(context, &data->component[i], rbf_component_name(i), data->channels, o, found ? 'I' : symmetry,
-				from + .6 * found * (to - from), to, &found, &j, &model->component[i]);
-			rbf_job_free(&j);
-		}
+		bsdfrbf_status status = rbf_unread_leave_out(all, data->channels, &read, &unread) ? rbf_out_of_memory(context)
+			: tell_unread(context, rbf_component_name(i), all, &unread, model);
+		if (status == BSDFRBF_OK)
+			status = build_passes(context, &read, i, data->channels, o, from, to, &model->component[i]);
+		rbf_unread_release(all, &read);
 		RBF_TRY(status);
 	}
 	if (rbf_trend_set(model))

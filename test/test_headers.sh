@@ -55,7 +55,7 @@ never $EVALUATION -- measure.h gather.h read.h text.h fit.h nonnegative.h neighb
 	division.h resample.h tree.h xml_write.h
 never read.c read_mountain.c read_zemax.c read_sir.c measure.c measure_adjust.c text.c -- fit.h lobes.h mesh_build.h label.h choose.h advect.h assemble.h \
 	transport.h evaluate.h sample.h record.h model.h resample.h
-never fit.c nonnegative.c equations.c neighbours.c arrange.c lobes.c trials.c lobe_count.c -- mesh_build.h label.h choose.h advect.h assemble.h transport.h evaluate.h sample.h record.h resample.h
+never fit.c unread.c nonnegative.c equations.c neighbours.c arrange.c lobes.c trials.c lobe_count.c -- mesh_build.h label.h choose.h advect.h assemble.h transport.h evaluate.h sample.h record.h resample.h
 never mesh.c mesh_hull.c mesh_diagonals.c mesh_grid.c symmetry.c -- measure.h fit.h lobes.h label.h choose.h advect.h assemble.h transport.h evaluate.h sample.h record.h
 never transport.c -- measure.h fit.h label.h choose.h advect.h assemble.h evaluate.h sample.h record.h
 never label.c settle.c advect.c -- choose.h assemble.h evaluate.h sample.h record.h resample.h
