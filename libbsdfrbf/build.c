@@ -14,6 +14,7 @@
 #include "tune.h"
 #include "turned.h"
 #include "unread.h"
+#include "unsteady.h"
 
 #include <omp.h>
 #include <stdio.h>
@@ -65,6 +66,30 @@ static float longest(const rbf_component *c)
 	return sqrtf(top);
 }
 
+/* A scan that is off by some factor as a whole is an error of its own fit. */
+static bsdfrbf_status set_expected(bsdfrbf_context *context, const rbf_job *j, const rbf_component *c, rbf_base_info *info)
+{
+	static const double MEAN = .8; /* of |x|, of a normal distribution, over the standard deviation */
+	const rbf_fitted *m = &j->fitted;
+	float *expected = calloc(2 * (size_t)m->bases + 1, sizeof *expected), *own = expected + m->bases;
+	if (!expected)
+		return rbf_out_of_memory(context);
+	bsdfrbf_status status = BSDFRBF_OK;
+	for (uint32_t b = 0; b < m->bases; b++)
+		own[b] = info[b].dhr;
+	const double gain = j->measured.ready ? 0 : rbf_unsteady(m->symmetry, m->bases, m->direction, own);
+	for (uint32_t b = 0; b < m->bases && !j->measured.ready; b++)
+		own[b] = hypotf(j->scatter[b], (float)(MEAN * gain));
+	if (gain < 0)
+		status = rbf_out_of_memory(context);
+	else if (!j->measured.ready)
+		status = rbf_expect(context, m, c, j->choice.base_error, own, expected);
+	for (uint32_t b = 0; b < m->bases; b++)
+		info[b].expected = j->guess ? hypotf(expected[b], j->guess[b]) : expected[b];
+	free(expected);
+	return status;
+}
+
 static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_component *c)
 {
 	const rbf_fitted *m = &j->fitted;
@@ -73,10 +98,6 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 	if (!info)
 		return rbf_out_of_memory(context);
 	const uint32_t y = rbf_luminance(m->channels);
-	float *expected = calloc((size_t)m->bases + 1, sizeof *expected);
-	if (!expected)
-		return rbf_out_of_memory(context);
-	const bsdfrbf_status status = j->measured.ready ? BSDFRBF_OK : rbf_expect(context, m, c, j->choice.base_error, j->scatter, expected);
 	for (uint32_t b = 0; b < m->bases; b++) {
 		float value[3];
 		for (int n = 0; n < 3; n++)
@@ -86,9 +107,8 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 		info[b].dhr = value[y] + c->lambertian[y];
 		info[b].fit_error = j->fit_error[b];
 		info[b].loo_error = j->choice.base_error[b];
-		info[b].expected = j->guess ? hypotf(expected[b], j->guess[b]) : expected[b];
 	}
-	free(expected);
+	const bsdfrbf_status status = set_expected(context, j, c, info);
 	c->facts.fit_error = j->held_out;
 	c->facts.loo_error = j->choice.error;
 	memcpy(c->facts.frame_share, j->choice.share, sizeof c->facts.frame_share);
