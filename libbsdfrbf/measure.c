@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "gather.h"
+#include "overlap.h"
 #include "scan_lines.h"
 
 #include <math.h>
@@ -204,7 +205,7 @@ static int reserve(bsdfrbf_data *data, item *items, size_t count, const size_t f
 	return 1;
 }
 
-static void commit(bsdfrbf_data *data, item *items, size_t count, const size_t fresh[4])
+static void commit(bsdfrbf_data *data, item *items, size_t count, const size_t fresh[4], int from_file)
 {
 	for (size_t i = 0; i < count; i++) {
 		item *it = &items[i];
@@ -215,6 +216,7 @@ static void commit(bsdfrbf_data *data, item *items, size_t count, const size_t f
 			incidence->count = it->batch->count;
 			incidence->outgoing = it->batch->outgoing;
 			incidence->dsf = it->batch->dsf;
+			incidence->file = from_file ? data->files + 1 : 0;
 			memset(it->batch, 0, sizeof *it->batch);
 			continue;
 		}
@@ -303,7 +305,10 @@ bsdfrbf_status rbf_data_join(bsdfrbf_context *context, bsdfrbf_data *data, size_
 		free(label);
 		return rbf_out_of_memory(context);
 	}
-	commit(data, items, used, fresh);
+	for (size_t i = 0; i < used; i++)
+		if (items[i].target < data->component[items[i].component].count)
+			rbf_overlap_warn(context, data, items[i].component, items[i].target, items[i].batch, path);
+	commit(data, items, used, fresh, path != NULL);
 	free(items);
 	if (source) {
 		free(data->source);

@@ -27,6 +27,7 @@ typedef struct rbf_incidence {
 	double *outgoing;           /* count x 3, unit, z > 0 */
 	float *dsf;                 /* count x channels: f |cos(theta_o)|, sr^-1; may be negative (noise) */
 	rbf_lines lines;
+	size_t file;                /* line of bsdfrbf_data's source that its first samples are from; 0: of none */
 	size_t guessed;             /* of the samples, the last so many (one_plane.h) */
 	size_t lobes;               /* lobes instead of samples; 0 where the component was measured */
 	rbf_ready_lobe *lobe;
