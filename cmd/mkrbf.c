@@ -173,10 +173,85 @@ static void expect(bsdfrbf_context *context, bsdfrbf_status status)
 		cmd_fail("%s", bsdfrbf_message(context));
 }
 
-/* Option -r: builds anew from samples that meet their opposites half way, unless incidences would be predicted worse. */
-static void symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const options *o, bsdfrbf_model **model)
+/* What came of a step of option -r in one component. Returns 1 if its incidences are predicted worse. */
+static int judge(int component, const char *step, const char *instead, const bsdfrbf_model *model, const bsdfrbf_model *made, int quiet)
 {
 	static const float WORSE = 1.05f;
+	bsdfrbf_component_info before, after;
+	if (bsdfrbf_get_component_info(model, (bsdfrbf_component)component, &before) != BSDFRBF_OK
+		|| bsdfrbf_get_component_info(made, (bsdfrbf_component)component, &after) != BSDFRBF_OK)
+		return 0;
+	const double was = reciprocity(model, (bsdfrbf_component)component, before.incidences);
+	const int worse = after.loo_error > WORSE * before.loo_error;
+	if (!cmd_shows() || was < 0 || (quiet && !worse))
+		return worse;
+	cmd_progress_clear();
+	if (worse)
+		cmd_say("warning - %s: %s, left-out incidences would be predicted with an error of %.3f instead of %.3f; %s: check the sample's orientation",
+			summary_name[component], step, after.loo_error, before.loo_error, instead);
+	else
+		cmd_say("%s: difference between f(a, b) and f(b, a) %.3f, was %.3f; leave-one-out error %.3f, was %.3f", summary_name[component],
+			reciprocity(made, (bsdfrbf_component)component, after.incidences), was, after.loo_error, before.loo_error);
+	return worse;
+}
+
+static void keep_better(bsdfrbf_model **model, bsdfrbf_model *made, int refused)
+{
+	bsdfrbf_close(refused ? made : *model);
+	if (!refused)
+		*model = made;
+}
+
+/* Divides scans by their gains, or multiplies them again if `back`. */
+static void divide(bsdfrbf_context *context, bsdfrbf_data *data, float *const gain[4], int back)
+{
+	for (int c = 0; c < 4; c++)
+		for (size_t i = 0; gain[c] && i < bsdfrbf_data_incidences(data, (bsdfrbf_component)c); i++)
+			expect(context, bsdfrbf_data_scale(context, data, (bsdfrbf_component)c, i, back ? (double)gain[c][i] : 1 / (double)gain[c][i]));
+}
+
+static void tell_gains(int component, size_t scans, const float *gain)
+{
+	size_t off = 0;
+	float least = 1, most = 1;
+	for (size_t i = 0; i < scans; i++) {
+		off += gain[i] < 1 || gain[i] > 1;
+		least = gain[i] < least ? gain[i] : least;
+		most = gain[i] > most ? gain[i] : most;
+	}
+	cmd_progress_clear();
+	cmd_say("%s: %zu of %zu scans divided by gains that reciprocity tells, %.3f to %.3f", summary_name[component], off, scans, least, most);
+}
+
+/* Option -r, first: where whole scans are off by a factor, they are divided by it and all is built anew, unless incidences would be predicted
+ * worse. */
+static void remove_gains(bsdfrbf_context *context, bsdfrbf_data *data, const options *o, bsdfrbf_model **model)
+{
+	float *gain[4] = {NULL};
+	bsdfrbf_model *made = NULL;
+	int off = 0, refused = 0;
+	for (int c = 0; c < 4; c++)
+		off += summary_gains(*model, data, c, &gain[c]);
+	if (off) {
+		divide(context, data, gain, 0);
+		expect(context, bsdfrbf_build(context, data, &o->build, &made));
+		for (int c = 0; c < 4; c++)
+			if (gain[c]) {
+				if (cmd_shows() && !o->quiet)
+					tell_gains(c, bsdfrbf_data_incidences(data, (bsdfrbf_component)c), gain[c]);
+				refused |= judge(c, "divided by such gains", "they are left as measured", *model, made, o->quiet);
+			}
+		if (refused)
+			divide(context, data, gain, 1);
+		keep_better(model, made, refused);
+	}
+	for (int c = 0; c < 4; c++)
+		free(gain[c]);
+}
+
+/* Option -r, then: builds anew from samples that meet their opposites half way, unless incidences would be predicted worse. */
+static void symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const options *o, bsdfrbf_model **model)
+{
 	bsdfrbf_model *made = NULL;
 	int refused = 0, known = 0;
 	for (int c = 0; c < 4; c++) {
@@ -191,27 +266,9 @@ static void symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const optio
 		return;
 	expect(context, bsdfrbf_data_symmetrize(context, data, *model));
 	expect(context, bsdfrbf_build(context, data, &o->build, &made));
-	for (int c = 0; c < 4; c++) {
-		bsdfrbf_component_info before, after;
-		if (bsdfrbf_get_component_info(*model, (bsdfrbf_component)c, &before) != BSDFRBF_OK
-			|| bsdfrbf_get_component_info(made, (bsdfrbf_component)c, &after) != BSDFRBF_OK)
-			continue;
-		const double was = reciprocity(*model, (bsdfrbf_component)c, before.incidences);
-		const int worse = after.loo_error > WORSE * before.loo_error;
-		refused |= worse;
-		if (!cmd_shows() || was < 0 || (o->quiet && !worse))
-			continue;
-		cmd_progress_clear();
-		if (worse)
-			cmd_say("warning - %s: made reciprocal, left-out incidences would be predicted with an error of %.3f instead of %.3f; -r is not "
-				"followed: check the sample's orientation", summary_name[c], after.loo_error, before.loo_error);
-		else
-			cmd_say("%s: difference between f(a, b) and f(b, a) %.3f, was %.3f; leave-one-out error %.3f, was %.3f", summary_name[c],
-				reciprocity(made, (bsdfrbf_component)c, after.incidences), was, after.loo_error, before.loo_error);
-	}
-	bsdfrbf_close(refused ? made : *model);
-	if (!refused)
-		*model = made;
+	for (int c = 0; c < 4; c++)
+		refused |= judge(c, "made reciprocal", "that is not followed", *model, made, o->quiet);
+	keep_better(model, made, refused);
 }
 
 int main(int argc, char **argv)
@@ -246,8 +303,10 @@ int main(int argc, char **argv)
 
 	bsdfrbf_model *model = NULL;
 	expect(context, bsdfrbf_build(context, data, &o.build, &model));
-	if (o.reciprocal)
+	if (o.reciprocal) {
+		remove_gains(context, data, &o, &model);
 		symmetrize(context, data, &o, &model);
+	}
 	if (cmd_shows()) {
 		record_options(context, model, &o);
 		record_sources(context, model, files, argv + at);
@@ -256,6 +315,8 @@ int main(int argc, char **argv)
 			expect(context, BSDFRBF_ERR_IO); /* a signal that came once the file is whole is too late */
 		cmd_progress_clear();
 		summary_warn(model);
+		if (!o.reciprocal)
+			summary_warn_gains(model, data);
 		if (!o.quiet) {
 			summary_print(model, data);
 			print_size(o.output, now() - start);

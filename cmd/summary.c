@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define PI 3.14159265358979323846
 
@@ -133,5 +134,52 @@ void summary_warn(const bsdfrbf_model *model)
 		if (cutoffs)
 			cmd_say("warning - %s: a beam ends within %d of the %d %s between incidences; measure more of them there (rbfinfo -v)",
 				summary_name[c], cutoffs, info.triangles, info.symmetry == 'I' ? "segments" : "triangles");
+	}
+}
+
+int summary_gains(const bsdfrbf_model *model, const bsdfrbf_data *data, int component, float **gain)
+{
+	*gain = malloc((bsdfrbf_data_incidences(data, (bsdfrbf_component)component) + 1) * sizeof **gain);
+	const int off = *gain ? bsdfrbf_data_gains(data, model, (bsdfrbf_component)component, *gain) : -1;
+	if (off < 0)
+		cmd_fail("out of memory");
+	if (!off) {
+		free(*gain);
+		*gain = NULL;
+	}
+	return off;
+}
+
+/* The scan that is off by most, but for those named. Its gain becomes 1. */
+static void name_farthest(const bsdfrbf_data *data, int component, float *gain, char text[64])
+{
+	bsdfrbf_samples s;
+	size_t at = 0;
+	for (size_t i = 0; i < bsdfrbf_data_incidences(data, (bsdfrbf_component)component); i++)
+		if (fabs(log((double)gain[i])) > fabs(log((double)gain[at])))
+			at = i;
+	bsdfrbf_data_get(data, (bsdfrbf_component)component, at, &s);
+	const double theta = 180 / PI * atan2(hypot(s.direction[0], s.direction[1]), s.direction[2]);
+	const double phi = 180 / PI * atan2(s.direction[1], s.direction[0]);
+	snprintf(text, 64, "theta %.1f phi %.1f by %.2f", component & 1 ? 180 - theta : theta, phi < -.05 ? phi + 360 : fabs(phi), (double)gain[at]);
+	gain[at] = 1;
+}
+
+void summary_warn_gains(const bsdfrbf_model *model, const bsdfrbf_data *data)
+{
+	enum { NAMED = 4 };
+	for (int c = 0; c < 4; c++) {
+		float *gain;
+		char list[NAMED * 66] = "", one[64];
+		const int off = summary_gains(model, data, c, &gain);
+		if (!off)
+			continue;
+		for (int n = 0; n < off && n < NAMED; n++) {
+			name_farthest(data, c, gain, one);
+			snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", n ? ", " : "", one);
+		}
+		free(gain);
+		cmd_say("warning - %s: by reciprocity the whole scan is off by a factor at %d of %zu incidences: %s%s; measure anew, or divide such "
+			"factors out (mkrbf -r)", summary_name[c], off, bsdfrbf_data_incidences(data, (bsdfrbf_component)c), list, off > NAMED ? ", ..." : "");
 	}
 }

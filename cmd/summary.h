@@ -12,4 +12,10 @@ void summary_print(const bsdfrbf_model *model, const bsdfrbf_data *data);
 
 /* Warnings where the result cannot be good, and what would help. */
 void summary_warn(const bsdfrbf_model *model);
+
+/* Gains of a component's scans, as bsdfrbf_data_gains(): how many are not 1. *gain: to be freed, or NULL if none is. */
+int summary_gains(const bsdfrbf_model *model, const bsdfrbf_data *data, int component, float **gain);
+
+/* Warnings about such scans. */
+void summary_warn_gains(const bsdfrbf_model *model, const bsdfrbf_data *data);
 #endif

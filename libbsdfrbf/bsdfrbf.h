@@ -470,6 +470,17 @@ BSDFRBF_API float bsdfrbf_get_reciprocity(const bsdfrbf_model *model, bsdfrbf_co
  * Errors: ARGUMENT (NULL), DATA (lobes of a .sir file; `data` is as it was). */
 BSDFRBF_API bsdfrbf_status bsdfrbf_data_symmetrize(bsdfrbf_context *context, bsdfrbf_data *data, const bsdfrbf_model *model);
 
+/* Gains of measured incidences: by what factor the whole scan at each is off, as lamps drift and samples are set up anew, from what f(i, o) and
+ * f(o, i) of all pairs of them differ by. model: built from `data`. gain: as many as bsdfrbf_data_incidences(); that of most is 1, and so is
+ * what does not stand out from the error of fits, or cannot be told, as where one side of a transmission was measured. Opens an OpenMP
+ * region. Returns how many are not 1, or < 0: bad argument, or out of memory. */
+BSDFRBF_API int bsdfrbf_data_gains(const bsdfrbf_data *data, const bsdfrbf_model *model, bsdfrbf_component component, float *gain);
+
+/* Multiplies what was measured at incident direction `index` by a factor: 1 over its gain, say.
+ * Errors: ARGUMENT (no such incidence, a factor that is not above 0). */
+BSDFRBF_API bsdfrbf_status bsdfrbf_data_scale(bsdfrbf_context *context, bsdfrbf_data *data, bsdfrbf_component component, size_t index,
+	double factor);
+
 /* A lobe of the incidence at one vertex, and where it is when the incident direction has moved to another. */
 typedef struct bsdfrbf_lobe_info {
 	float direction[3];  /* its centre; outgoing directions are seen from the component's outgoing side: z > 0 */

@@ -46,10 +46,10 @@ near() {
 	awk -v a="$2" -v b="$3" -v part="${4:-1e-5}" 'BEGIN {d = a - b; if (d < 0) d = -d; m = a > b ? a : b; exit !(d <= part * m + 1e-7)}' || no "$1" "$2 is not $3"
 }
 
-# sample THETA FILE: a satin reflection at incidence theta, azimuth 0, where phi 0 is up.
-# A Gaussian lobe of 12 degrees about the mirror direction over a diffuse floor of 0.15.
+# sample THETA FILE [POWER]: a satin reflection at incidence theta, azimuth 0, where phi 0 is up.
+# A Gaussian lobe of 12 degrees about the mirror direction, over that power of the cosine (1; reciprocal: 0), over a diffuse floor of 0.15.
 sample() {
-	awk -v theta="$1" 'BEGIN {
+	awk -v theta="$1" -v power="${3:-1}" 'BEGIN {
 		pi = 3.14159265358979; rad = pi / 180
 		print "#sample_name \"test satin\""
 		print "#format: theta phi BSDF"
@@ -61,7 +61,7 @@ sample() {
 			for (i = 0; i < n; i++) {
 				p = 360 * i / n
 				x = sin(t * rad) * cos(p * rad); z = cos(t * rad)
-				f = .15 / pi + .5 * exp(23 * (x * mx + z * mz - 1)) / z
+				f = .15 / pi + .5 * exp(23 * (x * mx + z * mz - 1)) / z ^ power
 				printf "%.3f %.3f %.6f\n", t, p, f
 			}
 		}
@@ -252,6 +252,29 @@ works "-r, one side" "$bin/mkrbf" -r -o reciprocal.rbf through/*.txt
 grep -q 'tf: only one side' err || no "-r, one side" "$(cat err)"
 works "without -r" "$bin/mkrbf" -q -o plain_through.rbf through/*.txt
 for file in reciprocal plain_through; do "$bin/rbfquery" -c $file.rbf <<<"0 .3 .954 0 -.35 -.937"; done | sort -u | wc -l | grep -qx 1 || no "-r, one side" "another result than without"
+
+# ---------------------------------------------------------------------- gains
+mkdir even gains
+for theta in 0 12 24 36 48 60 70; do
+	sample $theta even/in$theta.txt 0
+	awk -v by="$(case $theta in 24) echo 1.15 ;; *) echo 1 ;; esac)" '/^#/ {print; next} {print $1, $2, by * $3}' even/in$theta.txt >gains/in$theta.txt
+done
+works "no gains" "$bin/mkrbf" -q -o even.rbf even/*.txt
+grep -q 'by reciprocity' err && no "no gains" "$(cat err)"
+works "no gains, -r" "$bin/mkrbf" -r -o even_r.rbf even/*.txt
+grep -q 'divided by gains' err && no "no gains, -r" "$(cat err)"
+works gains "$bin/mkrbf" -q -o gains.rbf gains/*.txt
+grep -Eq 'rf: by reciprocity .* at 1 of 7 incidences: theta 24.0 phi 90.0 by 1\.1[345]; .*-r' err || no gains "$(cat err)"
+works "gains, -r" "$bin/mkrbf" -r -o gains_r.rbf gains/*.txt
+grep -Eq 'rf: 1 of 7 scans divided by gains .* 1.000 to 1\.1[345]' err || no "gains, -r" "$(cat err)"
+for file in even gains_r; do "$bin/rbfquery" $file.rbf <<<"0 .4067 .9135  0 -.4067 .9135"; done | xargs | {
+	read -r right divided
+	near "gains, -r" "$right" "$divided" .02
+}
+
+cp gains/in24.txt even/twice.txt
+works "measured twice" "$bin/mkrbf" -q -o twice.rbf even/in*.txt even/twice.txt
+grep -q 'theta 24.0 phi 90.0 is measured twice: even/twice.txt has 1.15 times the values of even/in24.txt' err || no "measured twice" "$(cat err)"
 
 # ------------------------------------------------------------------- rbfquery
 python=${PYTHON:-python3}
