@@ -10,8 +10,8 @@ typedef struct rbf_pair {
 	double difference, weight;
 } rbf_pair;
 
-/* told[scans]: ln of each scan's gain. Of those that pairs join, that of most is 0, or, where many stand out, their mean is. 0 as well is what does not
- * stand out from what pairs contradict each other by, or is less than least[scans] and few stand out. light[scans]: what each counts in such a
- * mean. Returns how many are not 0, or -1 when out of memory. */
+/* told[scans]: ln of each scan's gain. Of those that pairs join, that of most is 0, or, where many stand out, their mean is. 0 as well is what
+ * does not stand out from what pairs contradict each other by, or is less than least[scans] and few stand out. light[scans]: what each
+ * counts in such a mean. Returns how many are not 0, or -1 when out of memory. */
 int rbf_gains_solve(uint32_t scans, const float light[], const float least[], uint32_t pairs, const rbf_pair pair[], double told[]);
 #endif

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * ln DHR at an incidence is compared with a surface of second degree through those around it, and their mirror images (Cleveland and
- * Devlin, Journal of the American Statistical Association 83, 1988). If it is as good as that surface, but for gains of one variance, the difference is
- * a sum of these with known weights. The median over all incidences does not mind that the material is no such surface at a few.
+ * Devlin, Journal of the American Statistical Association 83, 1988). If all is such a surface, but for gains of one variance, the difference
+ * is a sum of these with known weights. The median over all incidences does not mind that the material is no such surface at a few.
  */
 #include "unsteady.h"
 

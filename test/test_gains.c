@@ -80,6 +80,15 @@ static void many_keep_their_mean(void **state)
 	}
 	assert_true(fabs(after / before - 1) < .002);
 	near(gain, gain[1] - told[1], .01);
+	before = after = 0; /* two sessions: neither is right */
+	for (int k = 0; k < SCANS; k++)
+		gain[k] = k < 13 ? 0 : .15;
+	assert_int_equal(ask(gain, .002, 0), SCANS);
+	for (int k = 0; k < SCANS; k++) {
+		before += 1 + k / (double)SCANS;
+		after += (1 + k / (double)SCANS) * exp(-told[k]);
+	}
+	assert_true(fabs(after / before - 1) < .002);
 }
 
 /* No gains explain what pairs differ by. */
@@ -104,6 +113,11 @@ static void parts_are_apart(void **state)
 	assert_int_equal(ask(gain, .002, 1), 2);
 	for (int k = 0; k < SCANS; k++)
 		assert_true(fabs(told[k] - (k == 3 || k == 15 ? .15 : 0)) < .01);
+	for (int k = 0; k < SCANS; k++) /* many in the second */
+		gain[k] = k < SCANS / 2 ? .025 * (k == 3) : .1 * sin(k * 2.4);
+	assert_in_range(ask(gain, .002, 1), SCANS / 2 - 3, SCANS / 2);
+	for (int k = 0; k < SCANS / 2; k++)
+		assert_true(fabs(told[k]) <= 0);
 	assert_int_equal(rbf_gains_solve(0, NULL, NULL, 0, NULL, told), 0);
 }
 
