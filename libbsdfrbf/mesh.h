@@ -88,6 +88,7 @@ typedef struct rbf_symmetry_choice {
  * within one quadrant: quadrilateral; within one half bounded by the x or the y axis: bilateral, mirrored
  * across that axis (or unchanged by half a turn, "up": the data tell, or asked); the full circle: anisotropic. `asked` is 0, 'I', 'Q',
  * 'B', 'U' or 'A' (as -s of pabopto2bsdf(1)) and wins, with DATA error if the coverage cannot support it.
+ * Where nothing fits else, what hangs over by a small arc counts as an image, with a warning.
  * Coverage that fits nothing: DATA error that lists the azimuths that are missing. directions: count x 3. */
 bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const double *directions, char asked,
 	rbf_symmetry_choice *choice);

@@ -18,6 +18,9 @@
 #define NEAR_NORMAL (1.0 * DEGREE)
 /* Azimuths that a plan meant to be equal, or to be on an axis. */
 #define TOLERANCE 1.0
+/* Arc by which incidences may hang over the edge of a sector where nothing else fits: devices err, samples are turned on their mounts. What hangs
+ * over is the image of a place inside. */
+#define OVERHANG 5.0
 
 /* An azimuth sector without measurements, counter-clockwise, degrees: from in [0, 360), to > from. */
 typedef struct sector { double from, to; } sector;
@@ -138,13 +141,23 @@ static int tell_measured(size_t n, const double *azimuth, int one_azimuth, doubl
 	return one_azimuth || (count == 2 && fabs(scratch[1] - scratch[0] - 180) <= TOLERANCE);
 }
 
-/* Are all azimuths in [start, start + width]? */
-static int within(size_t n, const double *azimuth, double start, double width)
+/* Incidences that have an azimuth: that, and the sine of the polar angle. */
+typedef struct lit {
+	size_t n;
+	const double *azimuth, *sine;
+	double across; /* arc by which they leave the meridian of the one furthest from the normal */
+} lit;
+
+/* Arc by which azimuths hang over the edges of [start, start + width]. */
+static double overhang(const lit *l, double start, double width)
 {
-	for (size_t i = 0; i < n; i++)
-		if (wrap(azimuth[i] - start + TOLERANCE) > width + 2 * TOLERANCE)
-			return 0;
-	return 1;
+	double most = 0;
+	for (size_t i = 0; i < l->n; i++) {
+		const double beyond = wrap(l->azimuth[i] - start) - width; /* < 0: inside */
+		if (beyond > 0)
+			most = fmax(most, l->sine[i] * fmin(beyond, 360 - width - beyond));
+	}
+	return most;
 }
 
 static const char *name_of(rbf_symmetry symmetry)
@@ -159,31 +172,49 @@ static const char *name_of(rbf_symmetry symmetry)
 	}
 }
 
-/* What coverage alone suggests; 0: none of the groups. */
-static int from_coverage(size_t n, const double *azimuth, int one_azimuth)
+/* What coverage suggests if an arc of `most` may hang over; *over: how much does. */
+static rbf_symmetry from_coverage(const lit *l, double most, double *over)
 {
-	if (one_azimuth)
+	static const struct { rbf_symmetry symmetry; double from, width; } sector[] = {
+		{RBF_QUADRILATERAL, 0, 90}, {RBF_QUADRILATERAL, 90, 90}, {RBF_QUADRILATERAL, 180, 90}, {RBF_QUADRILATERAL, 270, 90},
+		{RBF_BILATERAL_Y, 0, 180}, {RBF_BILATERAL_Y, 180, 180}, {RBF_BILATERAL_X, -90, 180}, {RBF_BILATERAL_X, 90, 180}
+	};
+	*over = l->across;
+	if (*over <= most)
 		return RBF_ISOTROPIC;
-	for (int quarter = 0; quarter < 4; quarter++)
-		if (within(n, azimuth, 90 * quarter, 90))
-			return RBF_QUADRILATERAL;
-	if (within(n, azimuth, 0, 180) || within(n, azimuth, 180, 180))
-		return RBF_BILATERAL_Y;
-	if (within(n, azimuth, -90, 180) || within(n, azimuth, 90, 180))
-		return RBF_BILATERAL_X;
+	for (size_t i = 0; i < sizeof sector / sizeof *sector; i++) {
+		*over = overhang(l, sector[i].from, sector[i].width);
+		if (*over <= most)
+			return sector[i].symmetry;
+	}
+	*over = 0;
 	return RBF_ANISOTROPIC;
 }
 
-static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *azimuth, double *scratch,
-	int one_azimuth, char asked, rbf_symmetry_choice *choice)
+/* The same: more hangs over where sectors would be missing without. */
+static rbf_symmetry find(const lit *l, double *scratch, double *over)
 {
+	sector widest;
+	const rbf_symmetry strict = from_coverage(l, TOLERANCE, over);
+	if (strict == RBF_ISOTROPIC || !missing_sectors(strict, l->n, l->azimuth, scratch, NULL, 0, &widest))
+		return strict;
+	const rbf_symmetry loose = from_coverage(l, OVERHANG, over);
+	return loose == RBF_ISOTROPIC || !missing_sectors(loose, l->n, l->azimuth, scratch, NULL, 0, &widest) ? loose : strict;
+}
+
+static bsdfrbf_status choose(bsdfrbf_context *context, const lit *l, double *scratch, char asked, rbf_symmetry_choice *choice)
+{
+	const size_t n = l->n;
+	const double *azimuth = l->azimuth;
+	const int one_azimuth = l->across <= TOLERANCE;
 	enum { ROOM = 6 };
 	sector missing[ROOM], widest;
 	char sectors[160], measured[64];
+	double over;
 	int found;
 	const int plane = tell_measured(n, azimuth, one_azimuth, scratch, measured, sizeof measured);
 
-	rbf_symmetry symmetry = (rbf_symmetry)from_coverage(n, azimuth, one_azimuth);
+	rbf_symmetry symmetry = find(l, scratch, &over);
 	switch (asked) {
 	case 'I': symmetry = RBF_ISOTROPIC; break;
 	case 'Q': symmetry = RBF_QUADRILATERAL; break;
@@ -234,6 +265,10 @@ static bsdfrbf_status choose(bsdfrbf_context *context, size_t n, const double *a
 			rbf_warn(context, "no incident azimuth between %.0f and %.0f degrees, mirror images included: "
 				"the result is interpolated across a wide gap", widest.from, shown(widest.to));
 	}
+	if (over > TOLERANCE && !asked)
+		rbf_warn(context, "incident %s degrees are off %s by an arc of up to %.1f degrees: taken as %s, and what is beyond as its image; if the sample "
+			"was turned on its mount, #upphi of its files corrects that; -s decides otherwise", measured, symmetry == RBF_ISOTROPIC ? "one azimuth"
+			: symmetry == RBF_QUADRILATERAL ? "a quadrant between the axes" : "a half between the axes", over, name_of(symmetry));
 	choice->symmetry = choice->other = symmetry;
 	const rbf_symmetry across = symmetry == RBF_BILATERAL_X ? RBF_BILATERAL_Y : RBF_BILATERAL_X;
 	if (symmetry == RBF_BILATERAL_X || symmetry == RBF_BILATERAL_Y) {
@@ -263,29 +298,29 @@ bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const
 		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "symmetry '%c' is none of I, Q, B, U, A", asked);
 	if (!count)
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "no incident directions");
-	double *azimuth = malloc(count * 13 * sizeof *azimuth);
+	double *azimuth = malloc(count * 14 * sizeof *azimuth), *sine = azimuth + count;
 	if (!azimuth)
 		return rbf_out_of_memory(context);
-	size_t n = 0;
-	int one_azimuth = 1;
+	lit l = {0, azimuth, sine, 0};
 	const double *pivot = NULL; /* the direction furthest from the normal has the most certain azimuth */
 	for (size_t i = 0; i < count; i++) {
 		const double *d = directions + 3 * i;
 		if (atan2(hypot(d[0], d[1]), d[2]) <= NEAR_NORMAL)
 			continue;
-		azimuth[n++] = wrap(atan2(d[1], d[0]) / DEGREE);
+		azimuth[l.n] = wrap(atan2(d[1], d[0]) / DEGREE);
+		sine[l.n++] = hypot(d[0], d[1]);
 		if (!pivot || d[2] < pivot[2])
 			pivot = d;
 	}
-	/* One azimuth: close to the pivot's meridian by angle on the sphere, and on its side of the normal. */
+	/* By angle on the sphere, and on the pivot's side of the normal. */
 	for (size_t i = 0; pivot && i < count; i++) {
 		const double *d = directions + 3 * i, r = hypot(pivot[0], pivot[1]);
 		const double along = (d[0]*pivot[0] + d[1]*pivot[1]) / r, across = (d[1]*pivot[0] - d[0]*pivot[1]) / r;
-		if (hypot(along, across) > sin(NEAR_NORMAL) && (along < 0 || fabs(across) > sin(TOLERANCE * DEGREE)))
-			one_azimuth = 0;
+		if (hypot(along, across) > sin(NEAR_NORMAL))
+			l.across = fmax(l.across, along < 0 ? 180 : asin(fmin(fabs(across), 1)) / DEGREE);
 	}
 	bsdfrbf_status status = BSDFRBF_OK;
-	if (!n) {
+	if (!l.n) {
 		/* Normal incidence alone says nothing about azimuth. */
 		choice->symmetry = RBF_ISOTROPIC;
 		switch (asked) {
@@ -299,7 +334,7 @@ bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const
 		snprintf(choice->text, sizeof choice->text, "%s%s (normal incidence only)", name_of(choice->symmetry),
 			asked ? ", asked for" : "");
 	} else
-		status = choose(context, n, azimuth, azimuth + n, one_azimuth, asked, choice);
+		status = choose(context, &l, sine + l.n, asked, choice);
 	free(azimuth);
 	return status;
 }

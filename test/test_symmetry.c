@@ -122,6 +122,24 @@ static void test_symmetry(void **state)
 	assert_true(strstr(warned, "between 0 and 90") != NULL);
 	choose(rings(1, 10, 80, 10, 62, 302, 60), 'A', RBF_ANISOTROPIC, NULL);
 	assert_true(strstr(warned, "between 302 and 62 degrees") != NULL);
+	/* devices err, samples are turned on their mounts: nothing else fits, and what hangs over is an image */
+	choose(rings(1, 10, 80, 10, 2, 92, 15), 0, RBF_QUADRILATERAL, "azimuths 2 to 92");
+	assert_non_null(strstr(warned, "are off a quadrant between the axes by an arc of up to 2.0 degrees"));
+	choose(rings(1, 10, 80, 10, 0, 92, 15), 0, RBF_QUADRILATERAL, NULL);
+	assert_string_equal(warned, "");
+	choose(rings(1, 12, 72, 12, -3, 177, 20), 0, RBF_BILATERAL_Y, NULL);
+	choose(rings(1, 12, 72, 12, 94, 274, 20), 0, RBF_BILATERAL_X, NULL);
+	choose(rings(1, 12, 72, 12, -3, 177, 20), 'B', RBF_BILATERAL_Y, NULL);
+	assert_string_equal(warned, ""); /* asked for: nothing was guessed */
+	choose(rings(0, 10, 80, 10, 138.5, 141.5, 1.5), 0, RBF_ISOTROPIC, NULL);
+	assert_non_null(strstr(warned, "are off one azimuth"));
+	choose(rings(1, 10, 80, 10, 8, 98, 15), 0, 0, "missing 98 to 262");
+	choose(rings(1, 10, 80, 10, -3, 47, 10), 0, 0, "missing 47 to");
+	scratch.count = 0; /* near the normal azimuths matter less: an arc of 2.6 degrees */
+	for (int p = 0; p <= 90; p += 15)
+		for (int t = 5; t <= 75; t += 10)
+			add(&scratch, t, t == 5 ? p - 30 : p);
+	choose(&scratch, 0, RBF_QUADRILATERAL, NULL);
 	/* normal incidence has no azimuth */
 	scratch.count = 0;
 	add(&scratch, .4, 200);
