@@ -4,16 +4,31 @@
 #include "frames.h"
 #include "images.h"
 #include "isotropy.h"
+#include "offset.h"
 #include "one_plane.h"
 #include "turned.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
+static const float OFFSET_LESS = .33f; /* of what those by the planes were off by: all are turned about the normal, not each by another angle */
 static const float ISOTROPIC = .5f; /* of the leave-one-out error */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
+
+/* What to do about data that differ from their images: the end of a sentence. */
+static void advise(const rbf_offset *o, char *text, size_t size)
+{
+	if (o->after >= 0 && o->after < OFFSET_LESS * o->before)
+		snprintf(text, size, "turned about the normal by %.1f degrees, %s, those by the mirror planes differ by %.1f %% instead of %.1f %%: %s by %.1f",
+			o->degrees, o->incident_alone ? "incident directions alone" : "all directions", 100 * (double)o->after, 100 * (double)o->before,
+			o->incident_alone ? "if azimuths of incidence were counted from elsewhere, change #inphi" : "if the sample was turned on its mount, change #upphi",
+			o->incident_alone ? o->degrees : -o->degrees);
+	else
+		snprintf(text, size, "check the sample's orientation, or measure the other azimuths");
+}
 
 bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
 {
@@ -44,10 +59,14 @@ bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_j
 		}
 	}
 	double theta, phi;
+	char advice[300];
+	rbf_offset offset;
 	rbf_job_angles(j->direction + 3*found.base, &theta, &phi);
-	rbf_warn(context, "%s: taken as %s, but the data differ from their images by %.0f %% on average and %.0f %% at theta %.1f phi %.1f; "
-		"check the sample's orientation, or measure the other azimuths", name, j->symmetry.text,
-		100 * (double)found.mean, 100 * (double)found.worst, theta, phi);
+	if (rbf_offset_find(m, m->symmetry, lambertian, &offset))
+		return rbf_out_of_memory(context);
+	advise(&offset, advice, sizeof advice);
+	rbf_warn(context, "%s: taken as %s, but the data differ from their images by %.0f %% on average and %.0f %% at theta %.1f phi %.1f; %s",
+		name, j->symmetry.text, 100 * (double)found.mean, 100 * (double)found.worst, theta, phi, advice);
 	return BSDFRBF_OK;
 }
 
