@@ -123,6 +123,8 @@ static void print_component(const bsdfrbf_model *model, bsdfrbf_component compon
 			printf("%s %g of %s", limits++ ? "," : "    shares: at most", (double)info.frame_limit[f], info.frame_name[f]);
 	if (limits)
 		putchar('\n');
+	if (info.mirrored > 0)
+		printf("    not measured: up to %.1f %% of the exitant hemisphere; mirrored, as the other side was\n", 100 * info.mirrored);
 	if (info.filled > 0)
 		printf("    not measured: up to %.1f %% of the exitant hemisphere; filled from the incidences around\n", 100 * info.filled);
 	if (info.even > 0)

@@ -12,6 +12,7 @@
 const char *const summary_name[4] = {"rf", "rb", "tf", "tb"};
 
 static const double WIDE = 2; /* a gap of more than this many mean spacings is a hole */
+static const double ELSEWHERE = .05; /* of the hemisphere: a hole that is neither around the source nor at the horizon */
 
 static int ascending(const void *a, const void *b)
 {
@@ -41,10 +42,12 @@ static void look(const bsdfrbf_samples *s, double *source, double *grazing, doub
 }
 
 /* What was not measured, and what came of it. All degrees: the gap around the source, the most grazing exitance, the samples' spacing.
- * flat: of so many incidences, those that were measured in one plane. */
-static void print_holes(int reflects, double gap, double edge, double step, size_t flat, size_t count, const bsdfrbf_component_info *info)
+ * share: of the hemisphere, all that was not measured. flat: of so many incidences, those that were measured in one plane. */
+static void print_holes(int reflects, double gap, double edge, double step, double share, size_t flat, size_t count, const bsdfrbf_component_info *info)
 {
 	const int hole = reflects && gap > WIDE * step, cut = 90 - edge > WIDE * step;
+	const int more = !flat && share > (hole ? 1 - cos(gap * PI / 180) : 0) + (cut ? cos(edge * PI / 180) : 0) + ELSEWHERE;
+	const char *const filled = info->filled > 0 ? "filled from the incidences around" : "filled smoothly";
 	fprintf(stderr, "    holes: ");
 	if (flat == count) {
 		fprintf(stderr, "all but one plane of exitance; %s\n", info->symmetry == 'I' ? "guessed beside it as along it"
@@ -57,21 +60,29 @@ static void print_holes(int reflects, double gap, double edge, double step, size
 		fprintf(stderr, "%s%.1f degrees around the source", flat ? "; " : "", gap);
 	if (cut)
 		fprintf(stderr, "%snothing beyond %.1f degrees of exitance", hole || flat ? "; " : "", edge);
-	fprintf(stderr, !hole && !cut && !flat ? "none\n" : info->filled > 0 ? "; filled from the incidences around\n" : "; filled smoothly\n");
+	if (more)
+		fprintf(stderr, "%s%.0f %% of the exitant hemisphere%s", hole || cut ? "; " : "", 100 * share, hole || cut ? " in all" : "");
+	if (!hole && !cut && !flat && !more)
+		fprintf(stderr, "none\n");
+	else if (info->mirrored > 0)
+		fprintf(stderr, "; mirrored where the other side was measured, else %s\n", filled);
+	else
+		fprintf(stderr, "; %s\n", filled);
 }
 
 static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf_component_info *info)
 {
 	const size_t count = bsdfrbf_data_incidences(data, (bsdfrbf_component)component);
-	double *list = malloc((4 * count + 1) * sizeof *list);
+	double *list = malloc((5 * count + 1) * sizeof *list);
 	size_t used = 0, flat = 0;
 	if (!list)
 		return;
-	double *const source = list, *const grazing = list + count, *const spacing = list + 2*count, *const samples = list + 3*count;
+	double *const source = list, *const grazing = list + count, *const spacing = list + 2*count, *const samples = list + 3*count, *const share = list + 4*count;
 	for (size_t i = 0; i < count; i++) {
 		bsdfrbf_samples s;
 		if (bsdfrbf_data_get(data, (bsdfrbf_component)component, i, &s) != BSDFRBF_OK || !s.count)
 			continue;
+		share[used] = bsdfrbf_data_unmeasured(data, (bsdfrbf_component)component, i);
 		look(&s, &source[used], &grazing[used], &spacing[used]);
 		samples[used++] = (double)s.count;
 		flat += bsdfrbf_data_in_plane(data, (bsdfrbf_component)component, i) != 0;
@@ -83,7 +94,8 @@ static void print_samples(const bsdfrbf_data *data, int component, const bsdfrbf
 		fprintf(stderr, "; noise and fit together %.1f %%", 100 * info->fit_error);
 	fputc('\n', stderr);
 	if (used)
-		print_holes(component < BSDFRBF_TF, middle(source, used), middle(grazing, used), middle(spacing, used), flat, used, info);
+		print_holes(component < BSDFRBF_TF, middle(source, used), middle(grazing, used), middle(spacing, used), middle(share, used),
+			flat, used, info);
 	free(list);
 }
 

@@ -16,7 +16,7 @@
 	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
 	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
 	X(dhr_steps) X(learned) X(even) X(tuned) X(filled) X(limited) X(dhr_cells) \
-	X(dhr_unit[0]) X(dhr_unit[1]) X(dhr_unit[2])
+	X(dhr_unit[0]) X(dhr_unit[1]) X(dhr_unit[2]) X(mirrored)
 #define RBF_NUMBERS_MAX 48
 
 /* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With

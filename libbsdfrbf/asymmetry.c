@@ -8,7 +8,30 @@
 enum { TURNED = 4 }; /* incidences, itself among them, that one of an isotropic material is compared with at most */
 static const float SAME = .0087f; /* half a degree: an incidence is the image of another */
 
-int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertian, rbf_asymmetry *found)
+static const float MUCH = .2f; /* of the hemisphere: less is next to what was not measured */
+
+/* Two incidences as they were measured. */
+typedef struct sight { const rbf_seen *a, *b; } sight;
+
+static int both_seen(const void *user, const float of_a[3], const float of_b[3])
+{
+	const sight *s = user;
+	return rbf_seen_is(s->a, of_a) && rbf_seen_is(s->b, of_b);
+}
+
+/* The difference of an incidence's image from another, -1: that is not known. seen: or NULL. */
+static float apart(const rbf_fitted *m, uint32_t base, const float d[3], unsigned op, uint32_t other, const float to[3], float lambertian, const rbf_seen *seen)
+{
+	rbf_seen_shares share = {1, 0, 0};
+	if (seen)
+		share = rbf_seen_compare(&seen[base], &seen[other], op);
+	const sight s = {seen ? &seen[base] : NULL, seen ? &seen[other] : NULL};
+	const rbf_compared where = {both_seen, &s, share.both};
+	const int hole = share.first > RBF_SEEN_ONE_SIDED || share.second > RBF_SEEN_ONE_SIDED;
+	return hole && share.both < MUCH ? -1 : rbf_moved_mirrored(&m->lobes[base], d, op, &m->lobes[other], to, lambertian, 0, hole ? &where : NULL);
+}
+
+int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertian, const rbf_seen *seen, rbf_asymmetry *found)
 {
 	int op[4] = {RBF_OP_NONE, RBF_OP_Y, 0, 0}, ops = 2, count = 0;
 	double sum = 0;
@@ -30,7 +53,9 @@ int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertia
 			for (int n = 0; n < near; n++) {
 				if (distance[n] > SAME * SAME || other[n] < b) /* a pair counts once */
 					continue;
-				const float l1 = rbf_moved_mirrored(&m->lobes[b], d[b], (unsigned)op[i], &m->lobes[other[n]], d[other[n]], lambertian, 0);
+				const float l1 = apart(m, b, d[b], (unsigned)op[i], other[n], d[other[n]], lambertian, seen);
+				if (l1 < 0)
+					continue;
 				sum += (double)l1;
 				count++;
 				if (l1 > found->worst) {

@@ -155,6 +155,10 @@ BSDFRBF_API bsdfrbf_status bsdfrbf_data_get(const bsdfrbf_data *data, bsdfrbf_co
  * measured. 0: they do not, or there is no such incidence. */
 BSDFRBF_API int bsdfrbf_data_in_plane(const bsdfrbf_data *data, bsdfrbf_component component, size_t index);
 
+/* Share of the exitant hemisphere that is farther from all samples of that incident direction than these are from each other. 0: there is no such
+ * incidence, or it was not measured here. */
+BSDFRBF_API double bsdfrbf_data_unmeasured(const bsdfrbf_data *data, bsdfrbf_component component, size_t index);
+
 /* Turns the sample front to back about its vertical (y) axis, as for one that was mounted the other way round:
  * front and back change places and left becomes right; up stays up. */
 BSDFRBF_API void bsdfrbf_data_reverse(bsdfrbf_data *data);
@@ -413,6 +417,7 @@ typedef struct bsdfrbf_component_info {
 	float filled;            /* largest share of the exitant hemisphere that an incidence was not measured in, but those around it show; 0: none */
 	float frame_limit[8];    /* how much a corner of the mesh counts at most where others know nothing, 1 or more: found from the data; 0: as in
 	                            the map's definition, or nothing moves */
+	float mirrored;          /* largest share of the exitant hemisphere that an incidence was not measured in, but its image by symmetry was; 0: none */
 } bsdfrbf_component_info;
 
 /* Fills in the facts. Errors: ARGUMENT (the component is missing). */

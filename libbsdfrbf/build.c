@@ -137,7 +137,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	RBF_TRY(rbf_job_fit(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
 	RBF_TRY(rbf_told_settle(context, name, j, c));
-	if (j->turned && !all->ready)
+	if (!all->ready)
 		RBF_TRY(rbf_told_join(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, NULL, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
@@ -155,6 +155,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	RBF_TRY(rbf_frames_fill(context, from + .6 * span, from + .8 * span, j, c));
 	RBF_TRY(rbf_others_try(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
 	c->filled = j->filled;
+	c->mirrored = j->mirrored;
 	tell_scale(context, name, j);
 	j->fitted.scale = j->scale;
 	RBF_TRY(rbf_diagonals_choose(context, &j->choice, &j->fitted, c));

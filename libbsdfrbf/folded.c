@@ -24,6 +24,19 @@ void rbf_folded_free(rbf_measured *own)
 	*own = (rbf_measured){0};
 }
 
+int rbf_folded_merge(rbf_measured *own, rbf_measured *more)
+{
+	rbf_incidence *all = realloc(own->incidence, (own->count + more->count + 1) * sizeof *all);
+	if (!all)
+		return -1;
+	if (more->count)
+		memcpy(all + own->count, more->incidence, more->count * sizeof *all);
+	free(more->incidence);
+	*own = (rbf_measured){.count = own->count + more->count, .incidence = all};
+	*more = (rbf_measured){0};
+	return 0;
+}
+
 /* Appends mirrored samples of another to those that an incidence has of its own. */
 static int append(rbf_incidence *to, const rbf_incidence *other, unsigned op, size_t channels)
 {

@@ -15,4 +15,7 @@ typedef struct rbf_fold {
  * joined has its own samples, in `own`, to be freed by rbf_folded_free(). Returns 0, or -1 when out of memory; rbf_folded_free() in either case. */
 int rbf_folded_join(rbf_symmetry symmetry, int channels, rbf_measured *measured, double *direction, rbf_fold *fold, rbf_measured *own);
 void rbf_folded_free(rbf_measured *own);
+
+/* Takes over what is more. Returns 0, or -1 when out of memory. */
+int rbf_folded_merge(rbf_measured *own, rbf_measured *more);
 #endif

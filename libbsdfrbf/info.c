@@ -53,6 +53,7 @@ bsdfrbf_status bsdfrbf_get_component_info(const bsdfrbf_model *model, bsdfrbf_co
 	info->even = .5f * (float)c->even;
 	info->tuned = (int)c->tuned;
 	info->filled = .001f * (float)c->filled;
+	info->mirrored = .001f * (float)c->mirrored;
 	info->residual = (int)c->residual;
 	info->residual_deg = c->facts.residual_deg;
 	info->fit_error = c->facts.fit_error;

@@ -27,7 +27,7 @@ static void turned_difference(const rbf_fitted *m, const spot *at, uint32_t b, u
 		for (int k = 0; k < 3; k++)
 			from[n] += z[3*n + k] * (float)m->direction[3*b + (uint32_t)k];
 	}
-	rbf_moved_difference(&m->lobes[b], &m->lobes[o], z, from, to, lambertian, 0, difference);
+	rbf_moved_difference(&m->lobes[b], &m->lobes[o], z, from, to, lambertian, 0, NULL, difference);
 }
 
 /* Those that incidence b is compared with. */

@@ -31,7 +31,7 @@ void rbf_job_free(rbf_job *j)
 {
 	if (j->turned)
 		rbf_turned_free(&j->measured);
-	rbf_folded_free(&j->folded);
+	rbf_folded_free(&j->own);
 	free_fits(j);
 	free(j->measured.incidence);
 	free(j->direction);
@@ -175,7 +175,7 @@ int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float 
 int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)
 {
 	const size_t count = j->measured.count;
-	*other = (rbf_job){.measured = j->measured, .transmits = j->transmits, .symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
+	*other = (rbf_job){.measured = j->measured, .transmits = j->transmits, .mirrored = j->mirrored, .symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
 	other->measured.incidence = malloc((count + 1) * sizeof *other->measured.incidence);
 	other->direction = malloc((3 * count + 1) * sizeof *other->direction);
 	if (!other->measured.incidence || !other->direction)

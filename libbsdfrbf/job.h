@@ -10,7 +10,7 @@
 typedef struct rbf_job {
 	rbf_measured measured;  /* chosen incidences; samples borrowed, unless turned */
 	int turned;             /* samples are our own copies */
-	rbf_measured folded;    /* those of joined images are, in here */
+	rbf_measured own;       /* or those of joined or mirrored images are, in here */
 	int transmits;          /* of transmission */
 	double *direction;
 	rbf_symmetry_choice symmetry;
@@ -23,7 +23,7 @@ typedef struct rbf_job {
 	float *scale;           /* of each incidence (scale.h), or NULL where all are 1 */
 	rbf_left_out left_out;  /* between the first frames and the others, which it is for; its `fitted` is this job's */
 	rbf_choice choice;
-	uint32_t filled;        /* as of rbf_component */
+	uint32_t filled, mirrored; /* as of rbf_component */
 } rbf_job;
 
 /* Incidences worth fitting: not grazing, not the same twice. Errors: DATA, MEMORY. */

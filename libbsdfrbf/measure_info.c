@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Measurements read back, for reports and tools. */
 #include "scan_lines.h"
+#include "seen.h"
 
 #include <string.h>
 
@@ -30,4 +31,14 @@ int bsdfrbf_data_in_plane(const bsdfrbf_data *data, bsdfrbf_component component,
 {
 	double normal[3];
 	return index < bsdfrbf_data_incidences(data, component) && rbf_scan_plane(data->component[component].incidence + index, normal);
+}
+
+double bsdfrbf_data_unmeasured(const bsdfrbf_data *data, bsdfrbf_component component, size_t index)
+{
+	rbf_seen seen;
+	if (index >= bsdfrbf_data_incidences(data, component) || data->component[component].ready)
+		return 0;
+	const double share = rbf_seen_make(data->component[component].incidence + index, &seen) ? 0 : (double)seen.share;
+	rbf_seen_free(&seen);
+	return share;
 }

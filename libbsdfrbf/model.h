@@ -104,6 +104,7 @@ typedef struct rbf_component {
 	uint32_t tuned;                 /* 1: tune is present */
 	const float *tune;              /* [mesh.elements + mesh.borders][RBF_TUNE]: by how much light rises (site.c) */
 	uint32_t filled;                /* largest share of the hemisphere that an incidence was not measured in, but filled, in thousandths */
+	uint32_t mirrored;              /* likewise, but filled from the incidence itself, by symmetry */
 	uint32_t residual;              /* 1: shifts are present */
 	uint32_t sets;                  /* bases * frames */
 	const rbf_set *set;

@@ -34,9 +34,9 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 		*other = former;
 		if (handed) {
 			j->turned = former.turned;
-			j->folded = former.folded;
+			j->own = former.own;
 			j->guess = former.guess;
-			other->folded = (rbf_measured){0};
+			other->own = (rbf_measured){0};
 			other->turned = 0;
 			other->guess = NULL;
 		}

@@ -79,7 +79,7 @@ static float difference(const rbf_fitted *m, float lambertian, const rbf_vertex 
 	direction_of(m, vertex->base, from);
 	direction_of(m, base, to);
 	const float own = lambertian / scale;
-	return rbf_moved_mirrored(&m->lobes[vertex->base], from, vertex->op, &m->lobes[base], to, rbf_min(own, lambertian), own - lambertian);
+	return rbf_moved_mirrored(&m->lobes[vertex->base], from, vertex->op, &m->lobes[base], to, rbf_min(own, lambertian), own - lambertian, NULL);
 }
 
 /* The least that a base differs by from one around it, but for base `without`. */

@@ -31,6 +31,23 @@ static ptrdiff_t place_of(const rbf_tree *tree, const float q[3], int bridged)
 	return distance <= reach * reach ? (ptrdiff_t)place : -1;
 }
 
+int rbf_seen_is(const rbf_seen *seen, const float direction[3])
+{
+	return place_of(&seen->measured, direction, seen->bridged) >= 0;
+}
+
+rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, unsigned op)
+{
+	int count[4] = {0};
+	for (int n = 0; n < FINE; n++) {
+		float q[3], image[3];
+		lattice(n, FINE, q);
+		rbf_mirror(op, q, image);
+		count[rbf_seen_is(first, q) + 2 * rbf_seen_is(second, image)]++;
+	}
+	return (rbf_seen_shares){(float)count[3] / FINE, (float)count[1] / FINE, (float)count[2] / FINE};
+}
+
 /* Has a tree, as it was made, answer in its own order. Returns which of the caller's points each was, NULL: out of memory, or it was not made. */
 static uint32_t *own_order(rbf_tree *tree, int failed)
 {
@@ -43,16 +60,19 @@ static uint32_t *own_order(rbf_tree *tree, int failed)
 int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 {
 	float q[3];
-	int unseen = 0;
+	int unseen = 0, upper = 0;
 	memset(seen, 0, sizeof *seen);
 	seen->bridged = in->lines == RBF_LINES_BRIDGED;
 	seen->sample = own_order(&seen->measured, rbf_tree_of(&seen->measured, in->count, in->outgoing));
 	const int failed = !seen->sample;
 	for (int n = 0; n < COARSE && !failed; n++) {
 		lattice(n, COARSE, q);
-		unseen += place_of(&seen->measured, q, seen->bridged) < 0;
+		const int is = place_of(&seen->measured, q, seen->bridged) < 0;
+		unseen += is;
+		upper += is && q[2] > .5f;
 	}
 	seen->share = (float)unseen / COARSE;
+	seen->upper = upper / (.5f * COARSE);
 	return failed ? -1 : 0;
 }
 
@@ -109,6 +129,17 @@ int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], c
 		seen->certainty[i] = certainty[from[i]];
 	free(from);
 	return from && seen->certainty ? 0 : -1;
+}
+
+float rbf_seen_unknown(const rbf_seen *seen)
+{
+	int unknown = 0;
+	for (int n = 0; n < COARSE; n++) {
+		float q[3];
+		lattice(n, COARSE, q);
+		unknown += !rbf_seen_is(seen, q) && place_of(&seen->filled, q, 0) < 0;
+	}
+	return (float)unknown / COARSE;
 }
 
 /* The sample that tells of a direction, -1: none. Next to what is unseen it does so only as far as among others. */

@@ -13,6 +13,7 @@ typedef struct rbf_seen {
 	uint8_t *band;         /* of each: 1 where something unseen is near */
 	float *gap;            /* of those in the band, as rbf_tree_gap(); else negative */
 	float share;           /* of the hemisphere that is unseen */
+	float upper;           /* of what is within 60 degrees of the normal */
 	rbf_tree hole;         /* directions that are unseen, until the band is set */
 	rbf_tree filled;       /* directions that were filled */
 	float *certainty;      /* of those */
@@ -30,6 +31,21 @@ int rbf_seen_band(rbf_seen *seen);
 
 /* Directions that were filled, in place of former ones. */
 int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], const float *certainty);
+
+/* Whether a direction was measured. */
+int rbf_seen_is(const rbf_seen *seen, const float direction[3]);
+
+/* Shares of the hemisphere that were measured by both, or one alone: one incidence, and another's image by a mirror operation (mesh.h). */
+typedef struct rbf_seen_shares { float both, first, second; } rbf_seen_shares;
+rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, unsigned op);
+
+/* Less than this share of the hemisphere is no hole that counts: one of 7 degrees is as large. */
+#define RBF_SEEN_LEAST .0075f
+/* Nor on one side alone less than this one: what devices leave out at the horizon is as much. */
+#define RBF_SEEN_ONE_SIDED .02f
+
+/* The share of the hemisphere that was neither measured nor filled. */
+float rbf_seen_unknown(const rbf_seen *seen);
 
 /* Whether a sample would fill something: a direction outside the measured ones, be it only next to them. */
 int rbf_seen_lacks(const rbf_seen *seen, const float direction[3]);

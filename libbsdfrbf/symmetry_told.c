@@ -4,6 +4,7 @@
 #include "frames.h"
 #include "images.h"
 #include "isotropy.h"
+#include "mirrored.h"
 #include "offset.h"
 #include "one_plane.h"
 #include "turned.h"
@@ -30,19 +31,44 @@ static void advise(const rbf_offset *o, char *text, size_t size)
 		snprintf(text, size, "check the sample's orientation, or measure the other azimuths");
 }
 
-bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
+static void free_seen(size_t count, rbf_seen *seen)
+{
+	for (size_t b = 0; b < count && seen; b++)
+		rbf_seen_free(&seen[b]);
+	free(seen);
+}
+
+/* As the incidences were measured; *seen is NULL if they all were in all directions. Returns 0, or -1 when out of memory; free_seen() in either case. */
+static int look(const rbf_measured *measured, rbf_seen **seen)
+{
+	float most = 0;
+	int failed = !(*seen = calloc(measured->count + 1, sizeof **seen));
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed) reduction(max:most)
+	for (int64_t b = 0; b < (int64_t)measured->count; b++)
+		if (*seen) {
+			failed |= rbf_seen_make(&measured->incidence[b], &(*seen)[b]) != 0;
+			most = fmaxf(most, (*seen)[b].share);
+		}
+	if (!failed && !(most > .5f * RBF_SEEN_ONE_SIDED)) {
+		free_seen(measured->count, *seen);
+		*seen = NULL;
+	}
+	return failed ? -1 : 0;
+}
+
+static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const rbf_seen *seen, rbf_job *j, rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
 	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
 	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
 	rbf_asymmetry found, other;
-	if (rbf_asymmetry_of(m, m->symmetry, lambertian, &found))
+	if (rbf_asymmetry_of(m, m->symmetry, lambertian, seen, &found))
 		return rbf_out_of_memory(context);
 	c->facts.asymmetry = found.mean;
 	if (!(found.mean > noise))
 		return BSDFRBF_OK;
 	if (j->symmetry.other != m->symmetry) {
-		if (rbf_asymmetry_of(m, j->symmetry.other, lambertian, &other))
+		if (rbf_asymmetry_of(m, j->symmetry.other, lambertian, seen, &other))
 			return rbf_out_of_memory(context);
 		if (other.mean >= 0 && other.mean < fmaxf(noise, ASYMMETRY_LESS * found.mean)) {
 			char had[sizeof j->symmetry.text];
@@ -70,13 +96,31 @@ bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_j
 	return BSDFRBF_OK;
 }
 
+bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
+{
+	rbf_seen *seen = NULL;
+	const int failed = !j->measured.ready && j->symmetry.symmetry != RBF_ANISOTROPIC && look(&j->measured, &seen);
+	const bsdfrbf_status status = failed ? rbf_out_of_memory(context) : settle(context, name, seen, j, c);
+	free_seen(j->measured.count, seen);
+	return status;
+}
+
+/* Again for another symmetry, if need be. Returns 0, or -1 when out of memory. */
+static int add_mirrored(int channels, rbf_job *j)
+{
+	float most;
+	const int failed = rbf_mirrored_add(j->symmetry.symmetry, channels, j->turned, &j->measured, &j->own, &most);
+	j->mirrored = (uint32_t)ceilf(1000 * most);
+	return failed;
+}
+
 bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *j,
 	rbf_component *c)
 {
-	const int gone = rbf_turned_join(&j->measured, channels, j->direction);
-	if (gone < 0 || (gone && rbf_one_plane_beside(&j->measured, channels)))
+	const int gone = j->turned ? rbf_turned_join(&j->measured, channels, j->direction) : 0;
+	if (gone < 0 || (gone && rbf_one_plane_beside(&j->measured, channels)) || add_mirrored(channels, j))
 		return rbf_out_of_memory(context);
-	return gone ? rbf_job_fit(context, name, channels, lobes, progress, j, c) : BSDFRBF_OK;
+	return gone || j->mirrored ? rbf_job_fit(context, name, channels, lobes, progress, j, c) : BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *j, const rbf_component *c, int *found)
@@ -103,17 +147,22 @@ static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int
 	const char *const had = j->symmetry.text;
 	double error[2];
 	memset(&other->fitted.mesh, 0, sizeof other->fitted.mesh);
-	if (rbf_folded_join(symmetry, channels, &other->measured, other->direction, fold, &other->folded))
+	rbf_mirrored_drop(&other->measured);
+	if (rbf_folded_join(symmetry, channels, &other->measured, other->direction, fold, &other->own))
 		return rbf_out_of_memory(context);
 	rbf_symmetry_found(symmetry, &other->symmetry);
+	if (add_mirrored(channels, other))
+		return rbf_out_of_memory(context);
 	if (rbf_job_fit_joined(j, fold, c->lambertian, other))
 		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_mesh_build(context, symmetry, other->measured.count, other->direction, NULL, &other->fitted.mesh));
-	const bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? rbf_out_of_memory(context) : rbf_frames_first(context, from, to, other, c);
+	bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? rbf_out_of_memory(context) : rbf_frames_first(context, from, to, other, c);
 	if (status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)channels)], error) && error[1] < error[0]) {
 		rbf_warn(context, "%s: images of incidences differ from what was measured around them by %.1f %% on average, as interpolation and noise do: "
 			"taken as %s, not as %s; -s %c keeps them apart", name, 100 * (double)difference, other->symmetry.text, had,
 			j->symmetry.symmetry == RBF_ANISOTROPIC || j->symmetry.symmetry == RBF_UP ? (char)j->symmetry.symmetry : 'B');
+		if (rbf_folded_merge(&other->own, &j->own))
+			status = rbf_out_of_memory(context);
 		const rbf_job former = *j;
 		*j = *other;
 		*other = former;

@@ -9,7 +9,8 @@
  * else the user is told. */
 bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *job, rbf_component *component);
 
-/* Incidences of an isotropic material that were measured at several azimuths, and compared, are fitted as one. */
+/* Incidences of an isotropic material that were measured at several azimuths, and compared, are fitted as one; and what was measured on one side of a
+ * mirror plane alone counts on both (mirrored.h). */
 bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *job,
 	rbf_component *component);
 

@@ -37,7 +37,7 @@ class ComponentInfo(ctypes.Structure): # as in bsdfrbf.h, field by field: the li
                 ("residual_deg", c_float), ("fit_error", c_float), ("loo_error", c_float), ("asymmetry", c_float), ("theta_max_deg", c_float),
                 ("mirror_x", c_int), ("mirror_y", c_int), ("half_turn", c_int),
                 ("frame_learned", c_int * 8), ("frame_beam", c_float * 64), ("excess", c_int), ("expected_error", c_float),
-                ("even", c_float), ("tuned", c_int), ("filled", c_float), ("frame_limit", c_float * 8)]
+                ("even", c_float), ("tuned", c_int), ("filled", c_float), ("frame_limit", c_float * 8), ("mirrored", c_float)]
 
 
 Warn = ctypes.CFUNCTYPE(None, c_void_p, c_char_p)
