@@ -152,7 +152,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		RBF_TRY(rbf_told_isotropic(context, name, j, c, found));
 	if (*found && !j->turned)
 		return BSDFRBF_OK;
-	RBF_TRY(rbf_frames_fill(context, from + .6 * span, from + .8 * span, j, c));
+	RBF_TRY(rbf_frames_fill(context, name, from + .6 * span, from + .8 * span, j, c));
 	RBF_TRY(rbf_others_try(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
 	c->filled = j->filled;
 	c->mirrored = j->mirrored;

@@ -8,7 +8,8 @@
 
 #include <stdlib.h>
 
-enum { FILL_ROUNDS = 2 };
+enum { FILL_LEAST = 2, FILL_MOST = 12 }; /* rounds: each comes one incidence farther */
+static const float FILL_MORE = .97f;     /* another one, if that much or less of what was unknown is left by the last */
 
 /* Part of the choice, as if all incidences had been measured at one scale. */
 static bsdfrbf_status choose_scaled(bsdfrbf_context *context, double from, double to, float lambertian, int first, int renew, rbf_job *j)
@@ -88,7 +89,19 @@ static int fit_filled(const rbf_unseen *unseen, const float lambertian[3], rbf_j
 	return rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, m->bases, m->channels, m->lobes);
 }
 
-bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, double from, double to, rbf_job *j, const rbf_component *c)
+static void tell_wide(bsdfrbf_context *context, const char *name, const rbf_unseen *unseen, const rbf_job *j)
+{
+	size_t first = 0;
+	double theta, phi;
+	const size_t wide = name ? rbf_unseen_wide(unseen, &first) : 0;
+	if (!wide)
+		return;
+	rbf_job_angles(j->direction + 3*first, &theta, &phi);
+	rbf_warn(context, "%s: more than a quarter of what leaves within 60 degrees of the normal was not measured at %zu of %zu incidences, first at theta %.1f phi %.1f: "
+		"%s; measure it", name, wide, j->measured.count, theta, phi, j->filled ? "what the incidences around tell is a guess" : "only a smooth continuation is there");
+}
+
+bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, const char *name, double from, double to, rbf_job *j, const rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
 	if (j->measured.ready)
@@ -96,13 +109,19 @@ bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, double from, double to,
 	rbf_unseen *unseen = rbf_unseen_begin(&j->measured);
 	const float most = unseen ? rbf_unseen_most(unseen) : 0;
 	int failed = rbf_team_failed(m->team, !unseen), more = !failed && most > 0;
-	for (int round = 0; round < FILL_ROUNDS && more && !failed; round++) {
+	float left = 1;
+	for (int round = 0; round < FILL_MOST && more && !failed; round++) {
+		const float former = left;
 		failed = rbf_unseen_fill(unseen, m, &j->choice, c->lambertian, j->lobes, &more);
 		if (failed || !more)
 			break;
 		j->filled = (uint32_t)ceilf(1000 * most);
-		failed = fit_filled(unseen, c->lambertian, j) || rbf_label_renew(m, round + 1 < FILL_ROUNDS ? m->candidates : RBF_MAPS_LISTED);
+		left = rbf_unseen_left(unseen);
+		more = round + 1 < FILL_LEAST || (round + 1 < FILL_MOST && left < FILL_MORE * former);
+		failed = fit_filled(unseen, c->lambertian, j) || rbf_label_renew(m, more ? m->candidates : RBF_MAPS_LISTED);
 	}
+	if (!failed)
+		tell_wide(context, name, unseen, j);
 	rbf_unseen_end(unseen);
 	if (failed)
 		return rbf_out_of_memory(context);

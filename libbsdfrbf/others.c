@@ -26,7 +26,7 @@ static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int 
 	if (rbf_label_prepare(&other->fitted))
 		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_frames_choose(context, from, to, other, c));
-	RBF_TRY(rbf_frames_fill(context, from, to, other, c));
+	RBF_TRY(rbf_frames_fill(context, NULL, from, to, other, c));
 	if (other->choice.error < gain * j->choice.error) {
 		const rbf_job former = *j;
 		const int handed = !other->turned; /* samples are the former's, if anybody's */

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "unseen.h"
 #include "fit.h"
+#include "one_plane.h"
 #include "outlook.h"
 #include "trials.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static const float LEAST = .0075f;     /* of the hemisphere: a hole of 7 degrees; less is left to the fits */
+static const float WIDE = .25f;        /* of what is within 60 degrees of the normal */
 static const float SECOND_HAND = .25f; /* how much what was filled counts to what was measured */
 static const double GAIN = .9, WORTH = 5e-4; /* filling must lower the error in the band to this share; and by this of all light */
 enum { NONE = RBF_CARRIES, UNKNOWN };
@@ -90,7 +91,7 @@ rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
 	int failed = !u->seen || !u->with;
 	for (size_t b = 0; b < bases && u->with; b++)
 		u->with[b] = measured->incidence[b];
-	failed = failed || see(u, make_seen) || (largest(u) > .5f * LEAST && see(u, refine_seen)) || (rbf_unseen_most(u) > 0 && see(u, band_seen));
+	failed = failed || see(u, make_seen) || (largest(u) > .5f * RBF_SEEN_LEAST && see(u, refine_seen)) || (rbf_unseen_most(u) > 0 && see(u, band_seen));
 	if (failed) {
 		rbf_unseen_end(u);
 		return NULL;
@@ -101,7 +102,29 @@ rbf_unseen *rbf_unseen_begin(const rbf_measured *measured)
 float rbf_unseen_most(const rbf_unseen *u)
 {
 	const float most = largest(u);
-	return most > LEAST ? most : 0;
+	return most > RBF_SEEN_LEAST ? most : 0;
+}
+
+float rbf_unseen_left(const rbf_unseen *u)
+{
+	int unknown = 0; /* in ten thousandths: they add up to the same in any order */
+	#pragma omp parallel for schedule(dynamic) reduction(+:unknown)
+	for (int64_t b = 0; b < (int64_t)u->measured->count; b++)
+		if (u->seen[b].share > 0)
+			unknown += (int)(1e4f * rbf_seen_unknown(&u->seen[b]));
+	return 1e-4f * (float)unknown / (float)u->measured->count;
+}
+
+size_t rbf_unseen_wide(const rbf_unseen *u, size_t *first)
+{
+	size_t wide = 0;
+	double normal[3];
+	for (size_t b = 0; b < u->measured->count; b++) {
+		const rbf_incidence *in = &u->measured->incidence[b];
+		if (u->seen[b].upper > WIDE && !in->guessed && !rbf_one_plane_only(in, normal) && !wide++)
+			*first = b;
+	}
+	return wide;
 }
 
 const rbf_incidence *rbf_unseen_incidence(const rbf_unseen *u, size_t base)

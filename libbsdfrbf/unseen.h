@@ -17,10 +17,17 @@ void rbf_unseen_end(rbf_unseen *unseen);
 /* The largest share of the hemisphere that an incidence was not measured in; 0: what is missing is too little to be filled. */
 float rbf_unseen_most(const rbf_unseen *unseen);
 
+/* How many incidences lack a quarter of what is within 60 degrees of the normal, where devices reach, and of these the first; those that were measured in one plane
+ * alone do not count. */
+size_t rbf_unseen_wide(const rbf_unseen *unseen, size_t *first);
+
 /* Fills from fits and labels so far, in place of what was filled before: the next time it comes farther. Sets *filled; 0: it would not help.
  * lambertian, lobes: as for the fits. Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up. */
 int rbf_unseen_fill(rbf_unseen *unseen, const rbf_fitted *fitted, const rbf_choice *choice, const float lambertian[3], const uint32_t *lobes,
 	int *filled);
+
+/* What is still unknown: the mean share of the hemisphere. Opens an OpenMP region. */
+float rbf_unseen_left(const rbf_unseen *unseen);
 
 /* An incidence with what was filled, or as it was measured; to borrow. */
 const rbf_incidence *rbf_unseen_incidence(const rbf_unseen *unseen, size_t base);
