@@ -4,8 +4,15 @@
 #define RBF_ISOTROPY_H
 #include "label.h"
 
-/* Mean relative L1 between incidences and others at the same polar angle, or nearly so, turned about the normal to their azimuth; < 0: too few
- * are there to tell. lambertian: luminance of the Lambertian part (it counts in the denominator). enough: by how much a mean is above it does
- * not matter. Returns 0, or -1 when out of memory. */
-int rbf_isotropy_of(const rbf_fitted *fitted, float lambertian, float enough, float *error);
+typedef struct rbf_isotropy {
+	int isotropic;
+	float error;    /* mean relative L1 between incidences and what others, turned about the normal to their azimuth, tell of them; < 0: too few
+	                 * are there to tell, or it is clear that they differ */
+	uint32_t folds; /* all azimuths are one, in so many parts of a turn: a material that repeats in each would look the same; 0: they are not. Then
+	                 * isotropic is only what is round as well: along the normal, or if that was not measured, by mirror images at the plane of incidence */
+} rbf_isotropy;
+
+/* Isotropic is what differs by no more than noise makes of fits, or than `enough`. lambertian: luminance of the Lambertian part (it counts in the
+ * denominator). scatter: error of each fit (expect.h). Returns 0, or -1 when out of memory. */
+int rbf_isotropy_of(const rbf_fitted *fitted, float lambertian, const float *scatter, float enough, rbf_isotropy *found);
 #endif

@@ -263,7 +263,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const lit *l, double *scr
 				listed == 'A' ? "" : "; -s A carries the nearest measured on");
 		} else if (widest.to - widest.from > 60 + TOLERANCE)
 			rbf_warn(context, "no incident azimuth between %.0f and %.0f degrees, mirror images included: "
-				"the result is interpolated across a wide gap", widest.from, shown(widest.to));
+				"the result is interpolated across a wide gap; if the material is isotropic, ask for -s I", widest.from, shown(widest.to));
 	}
 	if (over > TOLERANCE && !asked)
 		rbf_warn(context, "incident %s degrees are off %s by an arc of up to %.1f degrees: taken as %s, and what is beyond as its image; if the sample "

@@ -126,16 +126,18 @@ bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int cha
 bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *j, const rbf_component *c, int *found)
 {
 	const rbf_fitted *m = &j->fitted;
-	const float left_out = j->choice.error;
-	float error;
-	if (j->turned || j->measured.ready || !(left_out > 0))
+	rbf_isotropy is;
+	char repeated[100] = "";
+	if (j->turned || j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
-	if (rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], ISOTROPIC * left_out, &error))
+	if (rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], j->scatter, ISOTROPIC * j->choice.error, &is))
 		return rbf_out_of_memory(context);
-	if (error < 0 || error > ISOTROPIC * left_out)
+	if (!is.isotropic)
 		return BSDFRBF_OK;
-	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by no more than %.1f %% on average: taken as isotropic, "
-		"not as %s; -s decides otherwise", name, 100 * (double)error, j->symmetry.text);
+	if (is.folds)
+		snprintf(repeated, sizeof repeated, " (a material that repeats every %.0f degrees may look the same)", 360. / is.folds);
+	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by no more than %.1f %% on average%s: taken as isotropic, "
+		"not as %s; -s decides otherwise", name, 100 * (double)is.error, repeated, j->symmetry.text);
 	*found = 1;
 	return BSDFRBF_OK;
 }

@@ -14,8 +14,8 @@ bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_j
 bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *job,
 	rbf_component *component);
 
-/* Sets *found if other azimuths, turned about the normal, tell far more of an incidence than its neighbours do: then the material is isotropic,
- * whatever the azimuths say. Where both tell as much, azimuths are of use: frames are learned from them. */
+/* Sets *found if other azimuths, turned about the normal, tell as much of an incidence as noise allows, or far more than its neighbours do: then the
+ * material is isotropic, whatever the azimuths say. */
 bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *job, const rbf_component *component, int *found);
 
 /* What the azimuths say of the symmetry may be less than the data show: measured all round, or over half a circle. To be asked of a job that has its
