@@ -56,11 +56,16 @@ static int look(const rbf_measured *measured, rbf_seen **seen)
 	return failed ? -1 : 0;
 }
 
+/* Asymmetry that noise explains. */
+static float explained(const rbf_job *j)
+{
+	return fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
+}
+
 static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const rbf_seen *seen, rbf_job *j, rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
-	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
-	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
+	const float lambertian = c->lambertian[rbf_luminance(m->channels)], noise = explained(j);
 	rbf_asymmetry found, other;
 	if (rbf_asymmetry_of(m, m->symmetry, lambertian, seen, &found))
 		return rbf_out_of_memory(context);
@@ -98,8 +103,15 @@ static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const r
 
 bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
 {
+	const rbf_fitted *m = &j->fitted;
+	rbf_asymmetry all;
 	rbf_seen *seen = NULL;
-	const int failed = !j->measured.ready && j->symmetry.symmetry != RBF_ANISOTROPIC && look(&j->measured, &seen);
+	if (rbf_asymmetry_of(m, m->symmetry, c->lambertian[rbf_luminance(m->channels)], NULL, &all))
+		return rbf_out_of_memory(context);
+	c->facts.asymmetry = all.mean;
+	if (!(all.mean > explained(j))) /* what was not measured need not be known */
+		return BSDFRBF_OK;
+	const int failed = !j->measured.ready && look(&j->measured, &seen);
 	const bsdfrbf_status status = failed ? rbf_out_of_memory(context) : settle(context, name, seen, j, c);
 	free_seen(j->measured.count, seen);
 	return status;
