@@ -238,17 +238,17 @@ static int leave_out(const rbf_incidence *in, size_t channels, const scan *s, rb
 int rbf_unread_leave_out(const rbf_measured *all, int channels, rbf_measured *read, rbf_unread *found)
 {
 	const int64_t count = (int64_t)all->count;
-	scan *scans = calloc(all->count + 1, sizeof *scans);
-	int failed = !scans;
-	*read = *all;
+	int failed = 0;
 	*found = (rbf_unread){0};
+	*read = *all;
 	read->incidence = malloc((all->count + 1) * sizeof *read->incidence);
-	if (failed || !read->incidence) {
-		free(scans);
+	if (!read->incidence)
 		return -1;
-	}
 	if (all->count)
 		memcpy(read->incidence, all->incidence, all->count * sizeof *all->incidence);
+	scan *scans = calloc(all->count + 1, sizeof *scans);
+	if (!scans)
+		return -1;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < count; b++)
 		failed |= look_at(&all->incidence[b], channels, &scans[b]) != 0;

@@ -210,7 +210,7 @@ static void fail_each(const char *name)
 static void exhausted(void **state)
 {
 	(void)state;
-	static const char *const name[] = {"isotropic", "aniso", "quad", "both", "one", "sir", "images", "planes"};
+	static const char *const name[] = {"isotropic", "aniso", "quad", "both", "one", "sir", "images", "planes", "lost"};
 	assert_non_null(mkdtemp(folder));
 	for (size_t n = 0; n < sizeof name / sizeof *name; n++)
 		fail_each(name[n]);
