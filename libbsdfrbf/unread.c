@@ -4,7 +4,7 @@
  * a row: where they are lost does not depend on what lies beside them, light around them is as steady as elsewhere, and nothing close to
  * zero is read there. So zeros are left out that
  *  - do not belong to a patch that is dark inside, which is a shadow;
- *  - lie beside each other as often as by chance: at thin shadows, blinds and edges more often, where these are regular less;
+ *  - are not too many, and lie beside each other as often as by chance: at thin shadows, blinds and edges more often, where these are regular less;
  *  - have no readings around them that are nearly zero, as noise has, and are far below those by their scatter;
  *  - are far below what is around by the step of coarse numbers, too.
  * The second and the third are asked of all incidences together: there are few zeros at one, and on the flank of a peak light scatters, too.
@@ -16,7 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { AROUND = 24, LIT = 13, LINKED = 6, BESIDE = 6, LEVEL = 12 }; /* neighbours: asked; of them with light; of one patch; beside; near enough to tell the level */
+enum { AROUND = 24, LIT = 13, LINKED = 6, BESIDE = 6, LEVEL = 12 }; /* neighbours: all; of them with light; of one patch; beside; that tell the level */
+static const double MOST = .2; /* of all amid light: an instrument that loses more tells little, and a fine pattern is likelier */
 static const double FAINT = .1, FAINT_SHARE = .02; /* of the level: nearly zero; so many of those around are that */
 static const double CHANCE = .1, ERRORS = 2.5, FEW = 2; /* by how much chance may be missed: as a share; in standard errors; in any case */
 static const double SIGMAS = 3, APART_SHARE = .5; /* of scatter, that zeros are below what is around; so many of them */
@@ -24,11 +25,11 @@ static const float STEPS = 3; /* of coarse numbers, likewise */
 
 enum { READ, ZERO, SHADOW, UNREAD };
 
-/* One incidence: states of samples; of its zeros amid light, how many there are, and are far below the readings around; how many others lie beside
- * them, and would by chance; of the readings around, how many there are, and are nearly zero. */
+/* One incidence: states of samples; how many are not zero; of its zeros amid light, how many there are, and are far below the readings around;
+ * how many others lie beside them, and would by chance, with its variance; of the readings around, how many there are, and are nearly zero. */
 typedef struct scan {
 	uint8_t *state;
-	double zeros, apart, beside, chance, around, faint;
+	double readings, zeros, apart, beside, chance, variance, around, faint;
 	size_t unread;
 } scan;
 
@@ -55,7 +56,7 @@ static void join(uint32_t *patch, uint32_t i, uint32_t j)
 	patch[a > b ? a : b] = a > b ? b : a;
 }
 
-/* Patches are of zeros next to each other, or read one after the other. One with a zero amid zeros is a shadow. */
+/* Patches are of zeros next to each other. One with a zero amid zeros is a shadow. */
 static void find_shadows(const work *k, uint8_t *state)
 {
 	for (size_t i = 0; i < k->count; i++)
@@ -65,8 +66,6 @@ static void find_shadows(const work *k, uint8_t *state)
 		for (int j = 0; j <= LINKED; j++)
 			if (state[k->near[n][j]] == ZERO)
 				join(k->patch, i, k->near[n][j]);
-		if (i && state[i - 1] == ZERO)
-			join(k->patch, i, i - 1);
 	}
 	for (size_t n = 0; n < k->zeros; n++) {
 		int light = 0;
@@ -95,9 +94,11 @@ static void count_beside(const work *k, size_t n, size_t lit, scan *s)
 		beside += state[i] == ZERO;
 		asked++;
 	}
-	const double others = (double)(lit - (to + 1 - from)), readings = (double)(k->count - k->zeros);
+	const double row = (double)(to + 1 - from), others = (double)lit - row, readings = (double)(k->count - k->zeros);
+	const double chance = (double)asked * others / (others + readings);
 	s->beside += (double)beside;
-	s->chance += (double)asked * others / (others + readings);
+	s->chance += chance;
+	s->variance += 2 * row * chance; /* neighbours are each other's, and those of a row meet the same ones */
 }
 
 /* The nearest readings: how many of them are nearly zero, and whether zero is far below them. Returns whether it is by the step of the numbers, too. */
@@ -176,6 +177,7 @@ static int look(const rbf_incidence *in, int channels, work *k, scan *s)
 		if (s->state[k->zero[n]] == ZERO)
 			count_beside(k, n, lit, s);
 	const float step = step_of(k->value, k->count);
+	s->readings = (double)(k->count - k->zeros);
 	for (size_t n = 0; n < k->zeros; n++)
 		if (s->state[k->zero[n]] == ZERO && ask_around(k, n, step, s)) {
 			s->state[k->zero[n]] = UNREAD;
@@ -201,16 +203,17 @@ static int come_by_chance(size_t count, const scan *scans)
 {
 	scan all = {0};
 	for (size_t b = 0; b < count; b++) {
+		all.readings += scans[b].readings;
 		all.zeros += scans[b].zeros;
 		all.apart += scans[b].apart;
 		all.beside += scans[b].beside;
 		all.chance += scans[b].chance;
+		all.variance += scans[b].variance;
 		all.around += scans[b].around;
 		all.faint += scans[b].faint;
 	}
-	/* neighbours are each other's: every pair counts twice */
-	return fabs(all.beside - all.chance) <= CHANCE * all.chance + ERRORS * sqrt(2 * all.chance) + FEW
-		&& all.faint <= FAINT_SHARE * all.around && all.apart >= APART_SHARE * all.zeros;
+	return fabs(all.beside - all.chance) <= CHANCE * all.chance + ERRORS * sqrt(all.variance) + FEW
+		&& all.zeros <= MOST * (all.zeros + all.readings) && all.faint <= FAINT_SHARE * all.around && all.apart >= APART_SHARE * all.zeros;
 }
 
 /* A copy of an incidence's samples without those. */

@@ -137,7 +137,8 @@ static void leave_out(double (*f)(const double out[3], int incidence), faults ho
 static void lost_readings(void **state)
 {
 	(void)state;
-	static const faults how[] = {{.lost = .03}, {.lost = .15}, {.rows = 5}, {.lost = .02, .rows = 3}, {.lost = .03, .noise = .01}, {.lost = .003}, {.lost = .05, .grid = 1}};
+	static const faults how[] = {{.lost = .03}, {.lost = .15}, {.rows = 5}, {.rows = 8}, {.lost = .02, .rows = 3},
+		{.lost = .03, .noise = .01}, {.lost = .003}, {.lost = .05, .grid = 1}};
 	for (size_t n = 0; n < sizeof how / sizeof *how; n++) {
 		int lost, left_out, wrong;
 		leave_out(soft, how[n], &lost, &left_out, &wrong);
@@ -151,7 +152,7 @@ static void true_zeros(void **state)
 {
 	(void)state;
 	static double (*const f[])(const double *, int) = {soft, cut_off, blinds, dark_line, disc, screen, flat};
-	static const faults how[] = {{0}, {.noise = .004}, {.noise = .05}, {.step = .16}, {.grid = 1}, {.grid = 1, .noise = .004}};
+	static const faults how[] = {{0}, {.noise = .004}, {.noise = .05}, {.step = .16}, {.step = .194}, {.grid = 1}, {.grid = 1, .noise = .004}};
 	for (size_t k = 0; k < sizeof f / sizeof *f; k++)
 		for (size_t n = 0; n < sizeof how / sizeof *how; n++) {
 			int lost, left_out, wrong;
@@ -159,6 +160,15 @@ static void true_zeros(void **state)
 			if (wrong > 2)
 				fail_msg("material %zu, case %zu: %d left out", k, n, wrong);
 		}
+}
+
+/* What a third of all samples are, is no fault. */
+static void too_many(void **state)
+{
+	(void)state;
+	int lost, left_out, wrong;
+	leave_out(soft, (faults){.lost = .33}, &lost, &left_out, &wrong);
+	assert_int_equal(left_out + wrong, 0);
 }
 
 /* Both: the shadow stays, and most of what was lost is found. */
@@ -214,6 +224,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(lost_readings),
 		cmocka_unit_test(true_zeros),
+		cmocka_unit_test(too_many),
 		cmocka_unit_test(lost_beside_shadows),
 		cmocka_unit_test(model_without),
 	};
