@@ -13,7 +13,7 @@
 #include "model_fixture.h"
 #include "unread.h"
 
-enum { INCIDENCES = 6, ARCS = 40, STEPS = 40, LOST_ROW = 8 };
+enum { INCIDENCES = 24, ARCS = 40, STEPS = 40, LOST_ROW = 8 };
 
 /* A lobe of 12 degrees over a Lambertian floor. */
 static double soft(const double out[3], int incidence)
@@ -87,7 +87,7 @@ static bsdfrbf_data *measure(double (*f)(const double out[3], int incidence), fa
 		for (int i = 0; i < count; i++) {
 			const double theta = how.grid ? 10 * (i / 36) + .1 : 86. * (i % STEPS) / (STEPS - 1) + .4 * (random_unit(&seed) - .5);
 			polar(fabs(theta), how.grid ? 10 * (i % 36) : 360. * (i / STEPS) / ARCS + .5 * (random_unit(&seed) - .5), out[i]);
-			value[i] = f(out[i], b) * (1 + .02 * normal(&seed)) + how.noise * normal(&seed);
+			value[i] = f(out[i], b % 6) * (1 + .02 * normal(&seed)) + how.noise * normal(&seed);
 			value[i] = fmax(how.step > 0 ? how.step * round(value[i] / how.step) : value[i], 0);
 			lost[b][i] = random_unit(&seed) < how.lost;
 		}
@@ -95,7 +95,7 @@ static bsdfrbf_data *measure(double (*f)(const double out[3], int incidence), fa
 			memset(lost[b] + (int)(random_unit(&seed) * (count - LOST_ROW)), 1, LOST_ROW);
 		for (int i = 0; i < count; i++)
 			value[i] *= !lost[b][i];
-		polar(8 * b, 0, in);
+		polar(3 * b, 0, in);
 		assert_int_equal(bsdfrbf_data_add(NULL, data, in, (size_t)count, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
 	}
 	return data;
