@@ -13,6 +13,7 @@ static const float ENOUGH = 1.25f; /* times the error of the fits: no better fra
 static const float FAILED = 4; /* and above this the frames have failed: they are looked for once more */
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
+static const float TIE = .99f; /* and to this where trials tell little, for it to be better than one before it, which is simpler */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
 static const float SETTLED_LOSS = 1.01f;
 static const float LIMIT_GAIN = .99f; /* other limits of shares must lower the error to this share */
@@ -49,7 +50,7 @@ static int contest(const rbf_left_out *b, rbf_choice *best, rbf_choice next, con
 		rbf_choice_free(&next);
 		return -1;
 	}
-	if (!best->frames || next.error < best->error)
+	if (!best->frames || next.error < (b->outside ? TIE : 1) * best->error)
 		replace(best, &next);
 	else
 		rbf_choice_free(&next);

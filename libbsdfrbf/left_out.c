@@ -209,7 +209,7 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, float lambertian, in
 	bsdfrbf_status status[TRIALS_MAX];
 	int inside[TRIALS_MAX];
 	char use[TRIALS_MAX];
-	if (m->bases < 3)
+	if (m->bases < 2)
 		return BSDFRBF_OK;
 	const uint32_t count = list_trials(m, b->trial);
 	#pragma omp parallel for schedule(dynamic)
@@ -218,14 +218,14 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, float lambertian, in
 	for (uint32_t i = 0; i < count; i++)
 		if (status[i] != BSDFRBF_OK)
 			return rbf_fail(context, status[i], "%s", bsdfrbf_status_text(status[i]));
-	/* those inside the mesh of the others; if there are none, those outside it as well */
-	for (int outside = 0; outside < 2 && !b->trials; outside++) {
-		for (uint32_t i = 0; i < count; i++)
-			use[i] = inside[i] == !outside;
-		if (use_trials(m, lambertian, count, use, b))
-			return rbf_out_of_memory(context);
-	}
-	return BSDFRBF_OK;
+	/* those inside the mesh of the others; if there are none but normal incidence, which tells no frame from one that turns back x or y, or both, those
+	 * outside it as well */
+	b->outside = 1;
+	for (uint32_t i = 0; i < count; i++)
+		b->outside &= inside[i] != 1 || b->trial[i].incident[2] >= NORMAL;
+	for (uint32_t i = 0; i < count; i++)
+		use[i] = inside[i] == 1 || (b->outside && !inside[i]);
+	return use_trials(m, lambertian, count, use, b) ? rbf_out_of_memory(context) : BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_left_out_images(bsdfrbf_context *context, rbf_fitted *m, float lambertian, unsigned op, rbf_left_out *b)
@@ -259,6 +259,7 @@ bsdfrbf_status rbf_left_out_make(bsdfrbf_context *context, rbf_fitted *m, float 
 {
 	b->fitted = m;
 	b->trials = 0;
+	b->outside = 0;
 	b->trial = calloc(TRIALS_MAX + 1, sizeof *b->trial);
 	float *sent = rbf_levels_sent(m);
 	b->arrived = rbf_levels_arrived(m);

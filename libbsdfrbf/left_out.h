@@ -27,13 +27,14 @@ int rbf_choice_label(const rbf_fitted *fitted, rbf_choice *choice);
  * are the same; else that one gets none. */
 int rbf_choice_label_widely(const rbf_fitted *fitted, rbf_choice *wide, rbf_choice *once);
 
-/* Incidences that are left out in turn: those inside the mesh of the others, if there are any. */
+/* Incidences that are left out in turn: those inside the mesh of the others, if there are any but normal incidence. */
 typedef struct rbf_left_out {
 	rbf_fitted *fitted;
 	uint32_t trials;
 	struct rbf_left_out_trial *trial;
 	float *arrived;  /* as rbf_levels_arrived() */
 	float *value;    /* as rbf_tune_arrived() */
+	int outside;       /* of the mesh of the others are all, but normal incidence: they tell little */
 } rbf_left_out;
 
 /* lambertian: luminance of the Lambertian part. across: those between which an incidence lies are left out with it, so that what it is predicted

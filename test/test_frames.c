@@ -59,6 +59,49 @@ static void a_beam_is_learned(void **state)
 	bsdfrbf_close(m);
 }
 
+/* Sends most of its light back whence it came, and some on as a mirror does. */
+static void reflector(const double in[3], const double out[3], double xyz[3])
+{
+	double back[3];
+	const double mirrored[3] = {-in[0], -in[1], in[2]};
+	cats_eye(in, out, back);
+	cats_eye(mirrored, out, xyz);
+	xyz[0] = xyz[1] = xyz[2] = .02 + back[1] + .2 * xyz[1];
+}
+
+static int reflector_beams(const double in[3], double beam[][3])
+{
+	cats_eye_beams(in, beam);
+	beam[1][0] = -in[0];
+	beam[1][1] = -in[1];
+	beam[1][2] = in[2];
+	return 2;
+}
+
+/* Normal incidence, which all frames predict alike from others around, and one ring or a single incidence more. */
+static void few_tell_frames(void **state)
+{
+	(void)state;
+	static const plan plans[] = {{"", 2, 1, {0, 45}, 0, 0, 60}, {"", 2, 4, {0, 45}, 0, 90, 60}};
+	for (int n = 0; n < 2; n++) {
+		bsdfrbf_context *context = bsdfrbf_context_new();
+		bsdfrbf_data *data = fixture_data(context, reflector, reflector_beams, 0, 1, &plans[n]);
+		bsdfrbf_build_options options;
+		bsdfrbf_model *m;
+		bsdfrbf_build_defaults(&options);
+		options.lobes = plans[n].lobes;
+		options.symmetry = "IA"[n];
+		assert_int_equal(bsdfrbf_build(context, data, &options, &m), BSDFRBF_OK);
+		const double error = error_between(m, reflector, 45, 2, (const double[2]){15, 30});
+		int transmit;
+		print_message("%c: %s, L1 %.3f\n", options.symmetry, fixture_maps(fixture_component(m, &transmit)), error);
+		assert_true(error < .2);
+		bsdfrbf_close(m);
+		bsdfrbf_data_free(data);
+		bsdfrbf_context_free(context);
+	}
+}
+
 /* Cuts at 45 degrees either way besides what is mirrored: images of each other, but neither of itself. */
 static void crossed(const double in[3], const double out[3], double xyz[3])
 {
@@ -413,6 +456,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_beam_is_learned),
+		cmocka_unit_test(few_tell_frames),
 		cmocka_unit_test(beams_are_learned_together),
 		cmocka_unit_test(halves_are_alike),
 		cmocka_unit_test(colours_have_frames),
