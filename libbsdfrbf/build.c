@@ -55,6 +55,29 @@ static bsdfrbf_status tell_unread(bsdfrbf_context *context, const char *name, co
 	return bsdfrbf_set_text(context, model, "unread", text);
 }
 
+/* Frames that turn back x or y, or both, for nearly all that moves at all, are rare materials, and a common mistake. */
+static void tell_turned_back(bsdfrbf_context *context, const char *name, const rbf_job *j)
+{
+	static const float NEARLY = .9f, SOME = .1f;
+	float back = 0, flipped = 0, all = 0;
+	for (uint32_t f = 0; f < j->choice.frames; f++) {
+		const unsigned map = j->fitted.candidate[j->choice.frame[f]].map;
+		const float *along = rbf_map_get(map)->along, share = j->choice.share[f];
+		const int turns = !rbf_map_learned(map) && rbf_map_get(map)->kind != RBF_KIND_HALF;
+		all += map == RBF_MAP_FIXED ? 0 : share;
+		back += turns && along[0] > 0 && along[1] > 0 ? share : 0;
+		flipped += turns && along[0] * along[1] < 0 ? share : 0;
+	}
+	if (j->measured.ready || !(all > SOME))
+		return;
+	if (back > NEARLY * all)
+		rbf_warn(context, "%s: nearly all light that moves with the source goes back towards it: if the material is no retro-reflector, "
+			"azimuths of incidence were counted from the other side: add 180 to #inphi", name);
+	else if (flipped > NEARLY * all)
+		rbf_warn(context, "%s: nearly all light turns about the normal the other way round than the source: if no facets of the material send "
+			"back x or y, azimuths of incidence were counted the other way round in #inphi", name);
+}
+
 static float longest(const rbf_component *c)
 {
 	float top = 0;
@@ -157,6 +180,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	c->filled = j->filled;
 	c->mirrored = j->mirrored;
 	tell_scale(context, name, j);
+	tell_turned_back(context, name, j);
 	j->fitted.scale = j->scale;
 	RBF_TRY(rbf_diagonals_choose(context, &j->choice, &j->fitted, c));
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))

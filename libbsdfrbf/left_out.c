@@ -222,7 +222,7 @@ static bsdfrbf_status make_trials(bsdfrbf_context *context, float lambertian, in
 	 * outside it as well */
 	b->outside = 1;
 	for (uint32_t i = 0; i < count; i++)
-		b->outside &= inside[i] != 1 || b->trial[i].incident[2] >= NORMAL;
+		b->outside &= inside[i] != 1 || (double)b->trial[i].incident[2] >= NORMAL;
 	for (uint32_t i = 0; i < count; i++)
 		use[i] = inside[i] == 1 || (b->outside && !inside[i]);
 	return use_trials(m, lambertian, count, use, b) ? rbf_out_of_memory(context) : BSDFRBF_OK;

@@ -252,7 +252,8 @@ static bsdfrbf_status row(const rbf_text *text, header *h, rbf_gather *gather, c
 	double theta = number[h->phi_first], phi = number[!h->phi_first];
 	if (!(fabs(theta) <= 180))
 		return rbf_text_fail(text, text->number, BSDFRBF_ERR_DATA, "theta is '%s': outside -180 to 180 degrees, counted from the "
-			"front normal", rbf_word_show(word[h->phi_first], shown));
+			"front normal%s", rbf_word_show(word[h->phi_first], shown), fabs(phi) <= 180 && fabs(theta) <= 360
+			? "; are the columns of theta and phi swapped (#format: phi theta)?" : "");
 	if (!(fabs(phi) <= 720))
 		return rbf_text_fail(text, text->number, BSDFRBF_ERR_DATA, "phi is '%s': not an angle in degrees",
 			rbf_word_show(word[!h->phi_first], shown));

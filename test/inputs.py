@@ -263,6 +263,7 @@ def cases():
     add(kind, 'header behind the first row', changed(lambda x: x + '#upphi 90\n10 0 1\n'), 'refused', r'in20.txt:\d+: .*before the rows')
     add(kind, 'fewer rows than announced', changed(lambda x: '#datapoints_in_file: 9999\n' + x), 'works', warns=r'in20.txt:1: .*complete\?')
     add(kind, 'titles of columns', changed(lambda x: x.replace('#inphi 0\n', '#inphi 0\ntheta phi value\n')), 'refused', r"in20.txt:5: the line begins with 'theta'")
+    add(kind, 'columns swapped', changed(line(9, lambda row: '271 10 1')), 'refused', r"in20.txt:9: theta is '271'.*swapped")
     add(kind, 'unknown colours', changed(lambda x: '#colorimetry: RGB\n' + x), 'refused', r'in20.txt:1: .*CIE-XYZ')
     add(kind, 'colour in one file alone', changed(lambda x: '#colorimetry: CIE-XYZ\n' + '\n'.join(
         r if r.startswith('#') or not r else r + ' 1 1' for r in x.split('\n'))), 'refused', r'separately')

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Samples that are turned on their mount, and incident azimuths counted from elsewhere, are told by how much. */
+/* Samples that are turned on their mount, and incident azimuths counted from elsewhere, are told by how much; also those counted from the other side, or
+ * the other way round. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,8 +12,9 @@
 #include "model_fixture.h"
 
 static double turned, turned_incidence; /* degrees, from the instrument's frame to the material's */
+static int clockwise;                   /* so incident azimuths are counted */
 static const struct material *material;
-static char last_warning[600];
+static char last_warning[600], last_question[600];
 
 static void turn(double degrees, const double d[3], double out[3])
 {
@@ -24,16 +26,19 @@ static void turn(double degrees, const double d[3], double out[3])
 
 static void turned_material(const double in[3], const double out[3], double xyz[3])
 {
-	double i[3], o[3];
-	turn(turned + turned_incidence, in, i);
+	double o[3];
+	const double counted[3] = {in[0], clockwise ? -in[1] : in[1], in[2]};
+	double i[3];
+	turn(turned + turned_incidence, counted, i);
 	turn(turned, out, o);
 	material->f(i, o, xyz);
 }
 
 static int turned_beams(const double in[3], double beam[][3])
 {
+	const double counted[3] = {in[0], clockwise ? -in[1] : in[1], in[2]};
 	double i[3];
-	turn(turned + turned_incidence, in, i);
+	turn(turned + turned_incidence, counted, i);
 	const int count = material->beams(i, beam);
 	for (int b = 0; b < count; b++)
 		turn(-turned, beam[b], beam[b]);
@@ -45,6 +50,8 @@ static void keep_warning(void *user, const char *text)
 	(void)user;
 	if (strstr(text, "differ from their images by"))
 		snprintf(last_warning, sizeof last_warning, "%s", text);
+	if (strstr(text, "nearly all light"))
+		snprintf(last_question, sizeof last_question, "%s", text);
 }
 
 /* Builds, with the warning kept; returns the status. */
@@ -58,7 +65,7 @@ static bsdfrbf_status build(const plan *p, char symmetry)
 	bsdfrbf_build_defaults(&options);
 	options.lobes = p->lobes;
 	options.symmetry = symmetry;
-	last_warning[0] = 0;
+	last_warning[0] = last_question[0] = 0;
 	bsdfrbf_set_warning(context, keep_warning, NULL);
 	const bsdfrbf_status status = bsdfrbf_build(context, data, &options, &m);
 	if (status != BSDFRBF_OK)
@@ -108,8 +115,27 @@ static void no_turn_is_told(void **state)
 	}
 }
 
+/* What turns against the source, or goes back to it, is asked about. */
+static void other_counts_are_told(void **state)
+{
+	(void)state;
+	static const plan quarter = {"brushed", 4, 7, {0, 25, 50, 75}, 0, 15, 100}, one = {"varnish", 4, 1, {10, 30, 50, 70}, 0, 0, 100};
+	turned = turned_incidence = 0;
+	for (clockwise = 0; clockwise < 2; clockwise++) {
+		assert_int_equal(build(&quarter, 0), BSDFRBF_OK);
+		print_message("%s\n", last_question);
+		assert_int_equal(strstr(last_question, "counted the other way round") != NULL, clockwise);
+	}
+	clockwise = 0;
+	for (turned_incidence = 0; turned_incidence < 181; turned_incidence += 180) {
+		assert_int_equal(build(&one, 0), BSDFRBF_OK);
+		print_message("%s\n", last_question);
+		assert_int_equal(strstr(last_question, "add 180 to #inphi") != NULL, turned_incidence > 0);
+	}
+}
+
 int main(void)
 {
-	const struct CMUnitTest tests[] = { cmocka_unit_test(the_turn_is_told), cmocka_unit_test(no_turn_is_told) };
+	const struct CMUnitTest tests[] = { cmocka_unit_test(the_turn_is_told), cmocka_unit_test(no_turn_is_told), cmocka_unit_test(other_counts_are_told) };
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
