@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "asymmetry.h"
+#include "both_seen.h"
 #include "moved.h"
 #include "neighbours.h"
 
@@ -8,27 +9,13 @@
 enum { TURNED = 4 }; /* incidences, itself among them, that one of an isotropic material is compared with at most */
 static const float SAME = .0087f; /* half a degree: an incidence is the image of another */
 
-static const float MUCH = .2f; /* of the hemisphere: less is next to what was not measured */
-
-/* Two incidences as they were measured. */
-typedef struct sight { const rbf_seen *a, *b; } sight;
-
-static int both_seen(const void *user, const float of_a[3], const float of_b[3])
-{
-	const sight *s = user;
-	return rbf_seen_is(s->a, of_a) && rbf_seen_is(s->b, of_b);
-}
-
 /* The difference of an incidence's image from another, -1: that is not known. seen: or NULL. */
 static float apart(const rbf_fitted *m, uint32_t base, const float d[3], unsigned op, uint32_t other, const float to[3], float lambertian, const rbf_seen *seen)
 {
-	rbf_seen_shares share = {1, 0, 0};
-	if (seen)
-		share = rbf_seen_compare(&seen[base], &seen[other], op);
-	const sight s = {seen ? &seen[base] : NULL, seen ? &seen[other] : NULL};
-	const rbf_compared where = {both_seen, &s, share.both};
-	const int hole = share.first > RBF_SEEN_ONE_SIDED || share.second > RBF_SEEN_ONE_SIDED;
-	return hole && share.both < MUCH ? -1 : rbf_moved_mirrored(&m->lobes[base], d, op, &m->lobes[other], to, lambertian, 0, hole ? &where : NULL);
+	const float image[9] = {op & RBF_OP_X ? -1 : 1, 0, 0, 0, op & RBF_OP_Y ? -1 : 1, 0, 0, 0, 1};
+	rbf_both_seen both = {0};
+	const rbf_compared *where = seen ? rbf_both_seen_of(&seen[base], &seen[other], image, &both) : NULL;
+	return both.few ? -1 : rbf_moved_mirrored(&m->lobes[base], d, op, &m->lobes[other], to, lambertian, 0, where);
 }
 
 int rbf_asymmetry_of(const rbf_fitted *m, rbf_symmetry symmetry, float lambertian, const rbf_seen *seen, rbf_asymmetry *found)

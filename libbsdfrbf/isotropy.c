@@ -5,6 +5,7 @@
  * together: a difference of two degrees in the polar angle would hide what is looked for.
  */
 #include "isotropy.h"
+#include "both_seen.h"
 #include "difference.h"
 #include "map.h"
 
@@ -90,18 +91,54 @@ static int tell(const rbf_fitted *m, const spot *at, uint32_t b, const partner *
 	return rbf_lobes_finish(told);
 }
 
-/* Returns 0, or -1 when out of memory. */
-static int compare(const rbf_fitted *m, const spot *at, uint32_t b, const partner *p, float lambertian, const float *scatter, tally *t)
+/* Where b and one that tells of it were both measured; back: from b's place to the other's. */
+typedef struct sight { const rbf_seen *b, *other; float back[9]; } sight;
+
+static int both_seen(const void *user, const float of_b[3], const float of_told[3])
+{
+	const sight *s = user;
+	float there[3];
+	(void)of_told; /* in b's place, too */
+	apply(s->back, of_b, there);
+	return rbf_seen_is(s->b, of_b) && rbf_seen_is(s->other, there);
+}
+
+/* What is to be asked where b is compared, NULL: everything counts. *few: too little counts; more than one other is not asked then. */
+static const rbf_compared *seen_by(const spot *at, uint32_t b, const partner *p, const rbf_seen *seen, sight *s, rbf_compared *where, int *few)
+{
+	*few = 0;
+	for (uint32_t n = 0; n < p->count && seen; n++) {
+		rbf_both_seen both;
+		float z[9];
+		turn_of(at, b, p->other[n], p, z);
+		*s = (sight){&seen[b], &seen[p->other[n]], {z[0], z[3], z[6], z[1], z[4], z[7], z[2], z[5], z[8]}};
+		if (!rbf_both_seen_of(s->b, s->other, s->back, &both))
+			continue;
+		*few = both.few || p->count > 1;
+		*where = (rbf_compared){both_seen, s, both.where.share};
+		return where;
+	}
+	return NULL;
+}
+
+/* seen: as in isotropy.h. Returns 0, or -1 when out of memory. */
+static int compare(const rbf_fitted *m, const spot *at, uint32_t b, const partner *p, float lambertian, const float *scatter, const rbf_seen *seen, tally *t)
 {
 	static const unsigned map[3] = {RBF_MAP_FIXED, RBF_MAP_MIRROR, RBF_MAP_RETRO};
 	double square = pow((double)scatter[b], 2), same = 0;
+	sight s;
+	rbf_compared some;
+	int few;
+	const rbf_compared *where = seen_by(at, b, p, seen, &s, &some, &few);
+	if (few)
+		return 0;
 	for (uint32_t n = 0; n < p->count; n++)
 		square += pow((double)(p->weight[n] * scatter[p->other[n]]), 2);
 	for (int way = 0; way < 3; way++) {
 		rbf_lobes told;
 		if (!way || p->count > 1) { /* at the same polar angle all ways are one */
 			const int failed = tell(m, at, b, p, map[way], &told);
-			same = failed ? 0 : (double)rbf_difference(&m->lobes[b], &told, NULL, lambertian, 0);
+			same = failed ? 0 : (double)rbf_difference_where(&m->lobes[b], &told, NULL, lambertian, 0, where);
 			rbf_lobes_free(&told);
 			if (failed)
 				return -1;
@@ -166,19 +203,19 @@ static uint32_t folds(uint32_t bases, const spot *at)
 }
 
 /* Incidences compared with themselves: along the normal, turned; or else mirrored. */
-static int ask_each(const rbf_fitted *m, const spot *at, float lambertian, const float *scatter, tally *t)
+static int ask_each(const rbf_fitted *m, const spot *at, float lambertian, const float *scatter, const rbf_seen *seen, tally *t)
 {
 	int failed = 0;
 	for (uint32_t b = 0; b < m->bases && !failed; b++)
 		for (int n = 1; n <= OTHERS && at[b].theta < NORMAL && !failed; n++)
-			failed = compare(m, at, b, &(partner){.count = 1, .other = {b}, .weight = {1}, .turn = (float)n * GOLDEN}, lambertian, scatter, t);
+			failed = compare(m, at, b, &(partner){.count = 1, .other = {b}, .weight = {1}, .turn = (float)n * GOLDEN}, lambertian, scatter, seen, t);
 	const int normal = t->count > 0;
 	for (uint32_t b = 0; b < m->bases && !normal && !failed; b++)
-		failed = compare(m, at, b, &(partner){.count = 1, .other = {b}, .weight = {1}, .mirrored = 1}, lambertian, scatter, t);
+		failed = compare(m, at, b, &(partner){.count = 1, .other = {b}, .weight = {1}, .mirrored = 1}, lambertian, scatter, seen, t);
 	return failed;
 }
 
-int rbf_isotropy_of(const rbf_fitted *m, float lambertian, const float *scatter, float enough, rbf_isotropy *found)
+int rbf_isotropy_of(const rbf_fitted *m, float lambertian, const float *scatter, const rbf_seen *seen, float enough, rbf_isotropy *found)
 {
 	spot *at = malloc((m->bases + 1) * sizeof *at);
 	uint32_t *ring = malloc((m->bases + 1) * sizeof *ring), asked = 0, told = 0;
@@ -193,9 +230,10 @@ int rbf_isotropy_of(const rbf_fitted *m, float lambertian, const float *scatter,
 	for (uint32_t b = 0; b < m->bases && !failed && !sure; b++) {
 		partner with[OTHERS];
 		const uint32_t count = at[b].theta < NEAR_NORMAL ? 0 : find_partners(m, at, b, ring, with);
+		const uint32_t before = others.count;
 		for (uint32_t n = 0; n < count && !failed; n++)
-			failed = compare(m, at, b, &with[n], lambertian, scatter, &others);
-		told += count > 0;
+			failed = compare(m, at, b, &with[n], lambertian, scatter, seen, &others);
+		told += others.count > before;
 		sure = others.count >= SURE && least(&others) > CLEAR * fmax(others.noise, others.count * (double)enough);
 	}
 	if (!failed && !sure && told >= LEAST_TOLD && 2 * told >= asked) {
@@ -204,9 +242,8 @@ int rbf_isotropy_of(const rbf_fitted *m, float lambertian, const float *scatter,
 		found->isotropic = least(&others) <= most;
 		found->folds = folds(m->bases, at);
 		if (found->isotropic && found->folds) {
-			failed = ask_each(m, at, lambertian, scatter, &each);
+			failed = ask_each(m, at, lambertian, scatter, seen, &each);
 			found->isotropic = least(&each) <= fmax(ROUND * each.noise, each.count * (double)enough);
-			
 		}
 	}
 	free(at);

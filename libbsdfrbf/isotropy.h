@@ -3,6 +3,7 @@
 #ifndef RBF_ISOTROPY_H
 #define RBF_ISOTROPY_H
 #include "label.h"
+#include "seen.h"
 
 typedef struct rbf_isotropy {
 	int isotropic;
@@ -13,6 +14,6 @@ typedef struct rbf_isotropy {
 } rbf_isotropy;
 
 /* Isotropic is what differs by no more than noise makes of fits, or than `enough`. lambertian: luminance of the Lambertian part (it counts in the
- * denominator). scatter: error of each fit (expect.h). Returns 0, or -1 when out of memory. */
-int rbf_isotropy_of(const rbf_fitted *fitted, float lambertian, const float *scatter, float enough, rbf_isotropy *found);
+ * denominator). scatter: error of each fit (expect.h). seen: [bases], or NULL: all was measured; else what counts is where both were. Returns 0, or -1 when out of memory. */
+int rbf_isotropy_of(const rbf_fitted *fitted, float lambertian, const float *scatter, const rbf_seen *seen, float enough, rbf_isotropy *found);
 #endif

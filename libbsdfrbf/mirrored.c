@@ -49,9 +49,10 @@ static int mirror(const rbf_incidence *in, const rbf_seen *seen, unsigned op, si
 /* What one operation adds. *share: of the hemisphere, what was not measured but its image. */
 static int look(const rbf_incidence *in, unsigned op, size_t channels, rbf_incidence *more, float *share)
 {
+	const float image[9] = {op & RBF_OP_X ? -1 : 1, 0, 0, 0, op & RBF_OP_Y ? -1 : 1, 0, 0, 0, 1};
 	rbf_seen seen;
 	int failed = rbf_seen_make(in, &seen);
-	*share = !failed && seen.share > .5f * RBF_SEEN_ONE_SIDED ? rbf_seen_compare(&seen, &seen, op).second : 0;
+	*share = !failed && seen.share > .5f * RBF_SEEN_ONE_SIDED ? rbf_seen_compare(&seen, &seen, image).second : 0;
 	if (!failed && *share > RBF_SEEN_ONE_SIDED)
 		failed = rbf_seen_refine(&seen) || mirror(in, &seen, op, channels, more);
 	rbf_seen_free(&seen);

@@ -36,14 +36,15 @@ int rbf_seen_is(const rbf_seen *seen, const float direction[3])
 	return place_of(&seen->measured, direction, seen->bridged) >= 0;
 }
 
-rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, unsigned op)
+rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, const float image[9])
 {
 	int count[4] = {0};
 	for (int n = 0; n < FINE; n++) {
-		float q[3], image[3];
+		float q[3], there[3];
 		lattice(n, FINE, q);
-		rbf_mirror(op, q, image);
-		count[rbf_seen_is(first, q) + 2 * rbf_seen_is(second, image)]++;
+		for (int k = 0; k < 3; k++)
+			there[k] = image[3*k]*q[0] + image[3*k + 1]*q[1] + image[3*k + 2]*q[2];
+		count[rbf_seen_is(first, q) + 2 * rbf_seen_is(second, there)]++;
 	}
 	return (rbf_seen_shares){(float)count[3] / FINE, (float)count[1] / FINE, (float)count[2] / FINE};
 }

@@ -35,9 +35,10 @@ int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], c
 /* Whether a direction was measured. */
 int rbf_seen_is(const rbf_seen *seen, const float direction[3]);
 
-/* Shares of the hemisphere that were measured by both, or one alone: one incidence, and another's image by a mirror operation (mesh.h). */
+/* Shares of the hemisphere that were measured by both, or one alone: one incidence, and another's image: rows of a
+ * rotation or mirror operation that takes directions of the first to those of the second. */
 typedef struct rbf_seen_shares { float both, first, second; } rbf_seen_shares;
-rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, unsigned op);
+rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, const float image[9]);
 
 /* Less than this share of the hemisphere is no hole that counts: one of 7 degrees is as large. */
 #define RBF_SEEN_LEAST .0075f

@@ -142,7 +142,11 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, co
 	char repeated[100] = "";
 	if (j->turned || j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
-	if (rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], j->scatter, ISOTROPIC * j->choice.error, &is))
+	rbf_seen *seen = NULL;
+	const int failed = look(&j->measured, &seen)
+		|| rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], j->scatter, seen, ISOTROPIC * j->choice.error, &is);
+	free_seen(j->measured.count, seen);
+	if (failed)
 		return rbf_out_of_memory(context);
 	if (!is.isotropic)
 		return BSDFRBF_OK;

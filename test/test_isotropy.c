@@ -61,7 +61,7 @@ static rbf_isotropy ask(const sheet *s, int spiral, double step, int normal, flo
 		}
 	for (uint32_t b = 0; b < m.bases; b++)
 		error[b] = scatter;
-	assert_int_equal(rbf_isotropy_of(&m, .1f, error, enough, &found), 0);
+	assert_int_equal(rbf_isotropy_of(&m, .1f, error, NULL, enough, &found), 0);
 	for (uint32_t b = 0; b < m.bases; b++)
 		rbf_lobes_free(&lobes[b]);
 	return found;
