@@ -9,7 +9,7 @@
 #include <stdlib.h>
 
 enum { FILL_LEAST = 2, FILL_MOST = 12 }; /* rounds: each comes one incidence farther */
-static const float FILL_MORE = .97f;     /* another one, if that much or less of what was unknown is left by the last */
+static const float FILL_MORE = .97f;      /* another one, if the last left that much or less of what was unknown where devices reach */
 
 /* Part of the choice, as if all incidences had been measured at one scale. */
 static bsdfrbf_status choose_scaled(bsdfrbf_context *context, double from, double to, float lambertian, int first, int renew, rbf_job *j)

@@ -138,9 +138,9 @@ float rbf_seen_unknown(const rbf_seen *seen)
 	for (int n = 0; n < COARSE; n++) {
 		float q[3];
 		lattice(n, COARSE, q);
-		unknown += !rbf_seen_is(seen, q) && place_of(&seen->filled, q, 0) < 0;
+		unknown += q[2] > .5f && !rbf_seen_is(seen, q) && place_of(&seen->filled, q, 0) < 0;
 	}
-	return (float)unknown / COARSE;
+	return unknown / (.5f * COARSE);
 }
 
 /* The sample that tells of a direction, -1: none. Next to what is unseen it does so only as far as among others. */

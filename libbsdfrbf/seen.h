@@ -45,7 +45,7 @@ rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, 
 /* Nor on one side alone less than this one: what devices leave out at the horizon is as much. */
 #define RBF_SEEN_ONE_SIDED .02f
 
-/* The share of the hemisphere that was neither measured nor filled. */
+/* The share of what is within 60 degrees of the normal that was neither measured nor filled. */
 float rbf_seen_unknown(const rbf_seen *seen);
 
 /* Whether a sample would fill something: a direction outside the measured ones, be it only next to them. */

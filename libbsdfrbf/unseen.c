@@ -110,7 +110,7 @@ float rbf_unseen_left(const rbf_unseen *u)
 	int unknown = 0; /* in ten thousandths: they add up to the same in any order */
 	#pragma omp parallel for schedule(dynamic) reduction(+:unknown)
 	for (int64_t b = 0; b < (int64_t)u->measured->count; b++)
-		if (u->seen[b].share > 0)
+		if (u->seen[b].upper > 0)
 			unknown += (int)(1e4f * rbf_seen_unknown(&u->seen[b]));
 	return 1e-4f * (float)unknown / (float)u->measured->count;
 }

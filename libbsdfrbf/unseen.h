@@ -26,7 +26,7 @@ size_t rbf_unseen_wide(const rbf_unseen *unseen, size_t *first);
 int rbf_unseen_fill(rbf_unseen *unseen, const rbf_fitted *fitted, const rbf_choice *choice, const float lambertian[3], const uint32_t *lobes,
 	int *filled);
 
-/* What is still unknown: the mean share of the hemisphere. Opens an OpenMP region. */
+/* What is still unknown within 60 degrees of the normal: the mean share. Opens an OpenMP region. */
 float rbf_unseen_left(const rbf_unseen *unseen);
 
 /* An incidence with what was filled, or as it was measured; to borrow. */
