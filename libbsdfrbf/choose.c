@@ -411,6 +411,12 @@ static int tune(const rbf_left_out *b, rbf_choice *best)
 	return failed;
 }
 
+/* What makes the best of frames that are chosen. */
+static int finish(const rbf_left_out *b, rbf_choice *best)
+{
+	return drop_frames(b, best) || limit(b, best) || even(b, best) || tune(b, best);
+}
+
 /* Motion between rings tells nothing of other azimuths. Where it is worse than the frames across them, it is not taken: its error is
  * then INFINITY. */
 static int ask_across(bsdfrbf_context *context, const rbf_left_out *b, float lambertian, const rbf_choice *still, rbf_choice *moved)
@@ -494,8 +500,14 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	}
 	failed = failed || (best.frames > 1 && !best.belief.settled && settle(b, &best));
 	*choice = best;
-	failed = failed || drop_frames(b, &best) || limit(b, &best) || even(b, &best) || tune(b, &best);
+	failed = failed || finish(b, &best);
 	*choice = best;
+	if (learned && !failed) { /* it may have made up for levels that change */
+		rbf_choice plain = {0};
+		failed = contest(b, &plain, again(&listed), NULL) || finish(b, &plain);
+		learned = !win(&best, &plain, failed ? 0 : 1);
+		*choice = best;
+	}
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
 	const float caps[2] = {.6f, 1.f};
 	const rbf_choice still[3] = {best, listed, {.frames = 1, .frame = {RBF_MAP_FIXED}, .belief = best.belief}};
