@@ -23,7 +23,7 @@ static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
 static const double GAP = 2, GAP_NONE = 1.6; /* sigmas that bridge a gap between samples; up to so many times that it is none */
-static const double SIGMA_MIN = .002, SIGMA_MAX = .6;
+static const double SIGMA_MIN = .0005, SIGMA_MAX = .6; /* narrower, the rounding of directions (1e-7) would be seen */
 static const double RIDGE = 1e-5, RIDGE_MOST = .01;
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
 static const double WEIGHT_FLOOR = 1e-3;

@@ -134,7 +134,7 @@ static int make(int number, subject *s)
 	}
 	p->lobes = 1 + whole(40);
 	p->kappa_low = between(.9, 3);
-	p->kappa_high = number % 2 ? 80000 : 2500; /* 0.2 degrees; or so wide that quadrature by cells sees every lobe */
+	p->kappa_high = number % 2 ? number % 6 == 1 ? 4e6 : 80000 : 2500; /* the fit's least width; 0.2 degrees; or so wide that quadrature by cells sees every lobe */
 	p->motion = number % 5 < 2 ? between(.02, .6) : 0;
 	p->channels = number % 3 ? 1 : 3;
 	p->span = number % 4 ? 1 : 1e7;
