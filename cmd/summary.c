@@ -13,6 +13,7 @@ const char *const summary_name[4] = {"rf", "rb", "tf", "tb"};
 
 static const double WIDE = 2; /* a gap of more than this many mean spacings is a hole */
 static const double ELSEWHERE = .05; /* of the hemisphere: a hole that is neither around the source nor at the horizon */
+static const float COARSE = .1; /* noise is hardly that much */
 
 static int ascending(const void *a, const void *b)
 {
@@ -139,6 +140,9 @@ void summary_warn(const bsdfrbf_model *model)
 		if (info.incidences == 1)
 			cmd_say("warning - %s: a single incidence was measured; what light from elsewhere does is a guess: measure others",
 				summary_name[c]);
+		if (info.fit_error > COARSE)
+			cmd_say("warning - %s: samples kept back are met with an error of %.0f %%; they are that noisy, or a peak is narrower than "
+				"they are apart: measure finer at the peak", summary_name[c], 100 * info.fit_error);
 		if (info.loo_error > .5)
 			cmd_say("warning - %s: left-out incidences are predicted with an error of %.0f %%; expect little between the "
 				"measured ones, or measure more of them", summary_name[c], 100 * info.loo_error);

@@ -117,6 +117,14 @@ for file in "${good[@]}"; do
 done
 works "per cent" "$bin/mkrbf" -o percent.rbf percent/*.txt
 grep -q 'exceeds 1 at 4 of 4 .*are the values per cent' err || no "per cent" "$(cat err)"
+mkdir noisy
+for file in "${good[@]}"; do
+	awk '/^#/ {print; next} {print $1, $2, $3 * (NR % 2 ? .7 : 1.3)}' $file >noisy/$file
+done
+works "noise" "$bin/mkrbf" -o noisy.rbf noisy/*.txt
+grep -q 'warning - rf: samples kept back are met with an error of .* finer at the peak' err || no "noise" "$(cat err)"
+works "no noise" "$bin/mkrbf" -o quiet.rbf "${good[@]}"
+grep -q 'kept back' err && no "no noise" "$(cat err)"
 works "one incidence" "$bin/mkrbf" -o single.rbf in0.txt
 grep -q 'warning - rf: a single incidence was measured' err && grep -q '^    1 incidence to' err || no "one incidence" "$(cat err)"
 works "an incidence of another scale" "$bin/mkrbf" -o odd.rbf in0.txt percent/in20.txt in40.txt in60.txt
