@@ -13,7 +13,7 @@ const char *const summary_name[4] = {"rf", "rb", "tf", "tb"};
 
 static const double WIDE = 2; /* a gap of more than this many mean spacings is a hole */
 static const double ELSEWHERE = .05; /* of the hemisphere: a hole that is neither around the source nor at the horizon */
-static const float COARSE = .1; /* noise is hardly that much */
+static const float COARSE = .15; /* noise is hardly that much */
 
 static int ascending(const void *a, const void *b)
 {
