@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "choose.h"
+#include "contest.h"
 #include "learn.h"
 #include "simplex.h"
 
@@ -13,7 +14,6 @@ static const float ENOUGH = 1.25f; /* times the error of the fits: no better fra
 static const float FAILED = 4; /* and above this the frames have failed: they are looked for once more */
 static const double LEARN_GAIN = .01; /* of the energy, that a learned frame must add to what is predicted */
 static const float GAIN = .97f; /* another frame must lower the error to this share */
-static const float TIE = .99f; /* and to this where trials tell little, for it to be better than one before it, which is simpler */
 static const float MOVED_GAIN = .95f; /* and residual transport to this: it takes more bytes than all the rest, and time */
 static const float SETTLED_LOSS = 1.01f;
 static const float LIMIT_GAIN = .99f; /* other limits of shares must lower the error to this share */
@@ -23,39 +23,6 @@ static const double CLEARLY = 1.1; /* times what the best of the list adds to wh
 static const float LEARNED_GAIN = .92f; /* a learned one to this: it has six coefficients, and nothing is known of it beyond the mesh */
 enum { REFINE_ROUNDS = 3 }; /* for each coefficient */
 static const double REFINE_STEP = .05, REFINE_END = .02; /* of a coefficient; of the error, between the simplex's corners */
-
-/* `next` in the place of `best`. */
-static void replace(rbf_choice *best, rbf_choice *next)
-{
-	rbf_choice_free(best);
-	*best = *next;
-	memset(next, 0, sizeof *next);
-}
-
-/* `round` in the place of `best`, if its error is below that share of the other's; else it is freed. Returns whether it is. */
-static int win(rbf_choice *best, rbf_choice *round, float share)
-{
-	const int better = round->frames && round->error < share * best->error;
-	if (better)
-		replace(best, round);
-	else
-		rbf_choice_free(round);
-	return better;
-}
-
-/* Measures `next`; the better of the two stays in `best`. against: what it has to beat in any case, or NULL. */
-static int contest(const rbf_left_out *b, rbf_choice *best, rbf_choice next, const rbf_choice *against)
-{
-	if (rbf_left_out_error(b, &next, against)) {
-		rbf_choice_free(&next);
-		return -1;
-	}
-	if (!best->frames || next.error < (b->outside ? TIE : 1) * best->error)
-		replace(best, &next);
-	else
-		rbf_choice_free(&next);
-	return 0;
-}
 
 /* Without an incidence to leave out: the map that predicts the neighbours best. */
 static unsigned best_prediction(const rbf_fitted *m)
@@ -96,7 +63,7 @@ static double error_with(void *data, const double x[])
 	r->failed = r->failed || rbf_label_change(m, r->candidate, &r->linear) || rbf_left_out_error(r->left_out, &next, r->best);
 	const double error = r->failed ? INFINITY : (double)next.error;
 	if (!r->failed && next.error < r->best->error) {
-		replace(r->best, &next);
+		rbf_contest_replace(r->best, &next);
 		r->of_best = r->linear;
 	} else
 		rbf_choice_free(&next);
@@ -133,7 +100,7 @@ static int contest_learned(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice
 	rbf_choice next = {.frames = others->frames + 1, .belief = others->belief}, round = {0};
 	memcpy(next.frame, others->frame, sizeof next.frame);
 	next.frame[others->frames] = m->candidates - 1;
-	if (contest(b, &round, next, NULL))
+	if (rbf_contest(b, &round, next, NULL))
 		return -1;
 	int holds = 0;
 	for (uint32_t f = 0; f < round.frames; f++)
@@ -142,7 +109,7 @@ static int contest_learned(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice
 		rbf_choice_free(&round);
 		return -1;
 	}
-	win(best, &round, LEARNED_GAIN);
+	rbf_contest_win(best, &round, LEARNED_GAIN);
 	return 0;
 }
 
@@ -226,15 +193,6 @@ static int best_addition(rbf_fitted *m, rbf_lesson *lesson, const rbf_choice *ru
 	return 0;
 }
 
-/* As another choice, but still to be labelled. */
-static rbf_choice again(const rbf_choice *of)
-{
-	rbf_choice next = *of;
-	next.label = NULL;
-	next.base_error = NULL;
-	return next;
-}
-
 /* Each frame in turn gives way to one of the list, if that lowers the error clearly. */
 static int exchange(const rbf_left_out *b, rbf_choice *best)
 {
@@ -242,12 +200,12 @@ static int exchange(const rbf_left_out *b, rbf_choice *best)
 	for (uint32_t f = 0; f < best->frames && !failed; f++) {
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
-			rbf_choice next = again(best);
+			rbf_choice next = rbf_contest_again(best);
 			next.frame[f] = map;
 			if (may_join(b->fitted, best, map))
-				failed = contest(b, &round, next, best);
+				failed = rbf_contest(b, &round, next, best);
 		}
-		win(best, &round, failed ? 0 : GAIN);
+		rbf_contest_win(best, &round, failed ? 0 : GAIN);
 	}
 	return failed;
 }
@@ -268,9 +226,9 @@ static int climb(const rbf_left_out *b, rbf_lesson *lesson, rbf_choice *best)
 		learned |= frame >= RBF_MAPS_LISTED;
 		rungs.frame[rungs.frames++] = frame;
 		rbf_choice round = {0};
-		if (contest(b, &round, rungs, NULL))
+		if (rbf_contest(b, &round, rungs, NULL))
 			return -1;
-		better |= win(best, &round, learned ? LEARNED_GAIN : GAIN);
+		better |= rbf_contest_win(best, &round, learned ? LEARNED_GAIN : GAIN);
 	}
 	return better ? exchange(b, best) : 0;
 }
@@ -282,12 +240,12 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 	while (better && !failed && best->frames < FRAMES_MAX) {
 		rbf_choice round = {0};
 		for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
-			rbf_choice next = again(best);
+			rbf_choice next = rbf_contest_again(best);
 			next.frame[next.frames++] = map;
 			if (may_join(b->fitted, best, map))
-				failed = contest(b, &round, next, best);
+				failed = rbf_contest(b, &round, next, best);
 		}
-		better = win(best, &round, failed ? 0 : GAIN);
+		better = rbf_contest_win(best, &round, failed ? 0 : GAIN);
 	}
 	return failed;
 }
@@ -295,7 +253,7 @@ static int add_frames(const rbf_left_out *b, rbf_choice *best)
 /* Lobes are settled widely if that is clearly better, or else where beams coincide unless that is clearly worse, as few incidences tell. */
 static int settle(const rbf_left_out *b, rbf_choice *best)
 {
-	rbf_choice wide = again(best), once = again(best), round = {0};
+	rbf_choice wide = rbf_contest_again(best), once = rbf_contest_again(best), round = {0};
 	wide.belief.settled = 2;
 	once.belief.settled = 1;
 	int failed = rbf_choice_label_widely(b->fitted, &wide, &once);
@@ -304,13 +262,13 @@ static int settle(const rbf_left_out *b, rbf_choice *best)
 		rbf_choice_free(&once);
 		return failed;
 	}
-	failed = contest(b, &round, wide, best);
-	if (failed || win(best, &round, GAIN)) {
+	failed = rbf_contest(b, &round, wide, best);
+	if (failed || rbf_contest_win(best, &round, GAIN)) {
 		rbf_choice_free(&once);
 		return failed;
 	}
-	failed = contest(b, &round, once, best);
-	win(best, &round, failed ? 0 : SETTLED_LOSS);
+	failed = rbf_contest(b, &round, once, best);
+	rbf_contest_win(best, &round, failed ? 0 : SETTLED_LOSS);
 	return failed;
 }
 
@@ -321,12 +279,12 @@ static int drop_frames(const rbf_left_out *b, rbf_choice *best)
 	while (better && !failed && best->frames > 1) {
 		rbf_choice round = {0};
 		for (uint32_t f = 0; f < best->frames && !failed; f++) {
-			rbf_choice next = again(best);
+			rbf_choice next = rbf_contest_again(best);
 			next.frames--;
 			memmove(next.frame + f, next.frame + f + 1, (next.frames - f) * sizeof *next.frame);
-			failed = contest(b, &round, next, NULL);
+			failed = rbf_contest(b, &round, next, NULL);
 		}
-		better = win(best, &round, failed ? 0 : 1 / GAIN);
+		better = rbf_contest_win(best, &round, failed ? 0 : 1 / GAIN);
 	}
 	return failed;
 }
@@ -335,7 +293,7 @@ static int drop_frames(const rbf_left_out *b, rbf_choice *best)
 static rbf_choice alike(const rbf_left_out *b, const rbf_choice *best)
 {
 	const size_t bytes = (size_t)best->frames * b->fitted->lobe_first[b->fitted->bases] * sizeof *best->label;
-	rbf_choice next = again(best);
+	rbf_choice next = rbf_contest_again(best);
 	next.label = malloc(bytes + 1);
 	if (next.label) /* else they are made anew */
 		memcpy(next.label, best->label, bytes);
@@ -357,9 +315,9 @@ static int limit(const rbf_left_out *b, rbf_choice *best)
 			for (uint32_t f = 0; f < next.frames; f++)
 				if (!of || f == of - 1)
 					next.limit[f] = most[way];
-			failed = contest(b, &round, next, NULL);
+			failed = rbf_contest(b, &round, next, NULL);
 		}
-		win(best, &round, failed ? 0 : LIMIT_GAIN);
+		rbf_contest_win(best, &round, failed ? 0 : LIMIT_GAIN);
 	}
 	return failed;
 }
@@ -373,9 +331,9 @@ static int even(const rbf_left_out *b, rbf_choice *best)
 		rbf_choice next = alike(b, best);
 		next.even = way % 2 ? 2 : 1;
 		next.slopes = way / 2;
-		failed = contest(b, &round, next, NULL);
+		failed = rbf_contest(b, &round, next, NULL);
 	}
-	win(best, &round, failed ? 0 : EVEN_GAIN);
+	rbf_contest_win(best, &round, failed ? 0 : EVEN_GAIN);
 	return failed;
 }
 
@@ -390,7 +348,7 @@ static int tune(const rbf_left_out *b, rbf_choice *best)
 		rbf_choice *some[WAYS];
 		for (int way = 0; way < WAYS; way++) {
 			some[way] = &next[way * EVENS + (int)even];
-			*some[way] = again(best);
+			*some[way] = rbf_contest_again(best);
 			some[way]->even = even;
 			some[way]->tune = 1 + way;
 			some[way]->label = best->label; /* borrowed */
@@ -404,7 +362,7 @@ static int tune(const rbf_left_out *b, rbf_choice *best)
 	if (!failed && lowest->error < TUNE_GAIN * best->error) {
 		lowest->label = best->label;
 		best->label = NULL;
-		replace(best, lowest);
+		rbf_contest_replace(best, lowest);
 	}
 	for (int n = 0; n < WAYS * EVENS; n++)
 		rbf_choice_free(&next[n]);
@@ -449,7 +407,7 @@ static bsdfrbf_status choose_first(bsdfrbf_context *context, const rbf_left_out 
 	for (unsigned map = 0; map < RBF_MAPS_LISTED && !failed; map++) {
 		if (!may_join(b->fitted, &best, map))
 			continue;
-		failed = contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}, .belief = BELIEF}, best.frames ? &best : NULL);
+		failed = rbf_contest(b, &best, (rbf_choice){.frames = 1, .frame = {map}, .belief = BELIEF}, best.frames ? &best : NULL);
 		*choice = best;
 		if (rbf_progress(context, "frames", from + step * map))
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
@@ -472,8 +430,8 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	const int plane = b->fitted->symmetry == RBF_ISOTROPIC;
 	rbf_choice first = {.frames = 1, .frame = {best.frame[0]}, .belief = {BELIEF.sharpness, 1}}, faint = {0};
 	if (!failed && best.error > ENOUGH * fit_error) {
-		failed = contest(b, &faint, first, NULL) || add_frames(b, &faint);
-		win(&best, &faint, failed ? 0 : GAIN);
+		failed = rbf_contest(b, &faint, first, NULL) || add_frames(b, &faint);
+		rbf_contest_win(&best, &faint, failed ? 0 : GAIN);
 		*choice = best;
 	}
 	if (rbf_progress(context, "frames", from + step * (RBF_MAPS_LISTED + 1)))
@@ -492,10 +450,10 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	const rbf_belief had = best.belief;
 	for (int n = 0; n < 2 && !failed && best.frames > 1; n++) { /* two other beliefs */
-		rbf_choice next = again(&best), round = {0};
+		rbf_choice next = rbf_contest_again(&best), round = {0};
 		next.belief.sharpness = n ? had.sharpness / SHARPER : had.sharpness * SHARPER;
-		failed = contest(b, &round, next, &best);
-		win(&best, &round, failed ? 0 : 1);
+		failed = rbf_contest(b, &round, next, &best);
+		rbf_contest_win(&best, &round, failed ? 0 : 1);
 		*choice = best;
 	}
 	failed = failed || (best.frames > 1 && !best.belief.settled && settle(b, &best));
@@ -504,8 +462,8 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	*choice = best;
 	if (learned && !failed) { /* it may have made up for levels that change */
 		rbf_choice plain = {0};
-		failed = contest(b, &plain, again(&listed), NULL) || finish(b, &plain);
-		learned = !win(&best, &plain, failed ? 0 : 1);
+		failed = rbf_contest(b, &plain, rbf_contest_again(&listed), NULL) || finish(b, &plain);
+		learned = !rbf_contest_win(&best, &plain, failed ? 0 : 1);
 		*choice = best;
 	}
 	/* what is left moves as the transport has it, if that helps: between the frames, between those without what was learned, or all of it */
@@ -514,10 +472,10 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	rbf_choice moved = {0};
 	for (int n = 0; n < 5 && !failed; n++) {
 		const rbf_choice *frames = &still[n / 2];
-		rbf_choice next = n < 2 ? alike(b, &best) : again(frames);
+		rbf_choice next = n < 2 ? alike(b, &best) : rbf_contest_again(frames);
 		next.cap = n < 4 ? caps[n % 2] : 2;
 		if (n / 2 != 1 || learned)
-			failed = contest(b, &moved, next, &best);
+			failed = rbf_contest(b, &moved, next, &best);
 		if (rbf_progress(context, "residual transport", from + step * (RBF_MAPS_LISTED + 2 + n * .2))) {
 			rbf_choice_free(&moved);
 			return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
@@ -525,7 +483,7 @@ static bsdfrbf_status choose(bsdfrbf_context *context, const rbf_left_out *b, fl
 	}
 	if (!failed && !plane && moved.error < MOVED_GAIN * best.error)
 		failed = ask_across(context, b, lambertian, &best, &moved);
-	win(&best, &moved, failed ? 0 : MOVED_GAIN);
+	rbf_contest_win(&best, &moved, failed ? 0 : MOVED_GAIN);
 	*choice = best;
 	return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 }

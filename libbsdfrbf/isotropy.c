@@ -125,14 +125,14 @@ static const rbf_compared *seen_by(const spot *at, uint32_t b, const partner *p,
 static int compare(const rbf_fitted *m, const spot *at, uint32_t b, const partner *p, float lambertian, const float *scatter, const rbf_seen *seen, tally *t)
 {
 	static const unsigned map[3] = {RBF_MAP_FIXED, RBF_MAP_MIRROR, RBF_MAP_RETRO};
-	double square = pow((double)scatter[b], 2), same = 0;
+	double square = scatter ? pow((double)scatter[b], 2) : 0, same = 0;
 	sight s;
 	rbf_compared some;
 	int few;
 	const rbf_compared *where = seen_by(at, b, p, seen, &s, &some, &few);
 	if (few)
 		return 0;
-	for (uint32_t n = 0; n < p->count; n++)
+	for (uint32_t n = 0; n < p->count && scatter; n++)
 		square += pow((double)(p->weight[n] * scatter[p->other[n]]), 2);
 	for (int way = 0; way < 3; way++) {
 		rbf_lobes told;

@@ -14,6 +14,7 @@ typedef struct rbf_isotropy {
 } rbf_isotropy;
 
 /* Isotropic is what differs by no more than noise makes of fits, or than `enough`. lambertian: luminance of the Lambertian part (it counts in the
- * denominator). scatter: error of each fit (expect.h). seen: [bases], or NULL: all was measured; else what counts is where both were. Returns 0, or -1 when out of memory. */
+ * denominator). scatter: error of each fit (expect.h), or NULL: it is
+ * no noise. seen: [bases], or NULL: all was measured; else what counts is where both were. Returns 0, or -1 when out of memory. */
 int rbf_isotropy_of(const rbf_fitted *fitted, float lambertian, const float *scatter, const rbf_seen *seen, float enough, rbf_isotropy *found);
 #endif

@@ -54,7 +54,7 @@ static int look(const rbf_incidence *in, unsigned op, size_t channels, rbf_incid
 	int failed = rbf_seen_make(in, &seen);
 	*share = !failed && seen.share > .5f * RBF_SEEN_ONE_SIDED ? rbf_seen_compare(&seen, &seen, image).second : 0;
 	if (!failed && *share > RBF_SEEN_ONE_SIDED)
-		failed = rbf_seen_refine(&seen) || mirror(in, &seen, op, channels, more);
+		failed = rbf_seen_refine(&seen) || rbf_seen_band(&seen) || mirror(in, &seen, op, channels, more);
 	rbf_seen_free(&seen);
 	return failed ? -1 : 0;
 }

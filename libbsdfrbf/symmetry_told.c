@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symmetry_told.h"
 #include "asymmetry.h"
+#include "cross_planes.h"
 #include "frames.h"
 #include "images.h"
 #include "isotropy.h"
@@ -13,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { ASKED = 8 }; /* incidences, at most, that tell whether there are holes */
 static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's error; at least */
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float OFFSET_LESS = .33f; /* of what those by the planes were off by: all are turned about the normal, not each by another angle */
@@ -38,17 +40,20 @@ static void free_seen(size_t count, rbf_seen *seen)
 	free(seen);
 }
 
-/* As the incidences were measured; *seen is NULL if they all were in all directions. Returns 0, or -1 when out of memory; free_seen() in either case. */
+/* As the incidences were measured; *seen is NULL if some of them, and so all, were in all directions. Returns 0, or -1 when out of memory; free_seen() in either case. */
 static int look(const rbf_measured *measured, rbf_seen **seen)
 {
+	const int64_t count = (int64_t)measured->count, step = (count + ASKED - 1) / ASKED;
 	float most = 0;
 	int failed = !(*seen = calloc(measured->count + 1, sizeof **seen));
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed) reduction(max:most)
-	for (int64_t b = 0; b < (int64_t)measured->count; b++)
-		if (*seen) {
-			failed |= rbf_seen_make(&measured->incidence[b], &(*seen)[b]) != 0;
-			most = fmaxf(most, (*seen)[b].share);
-		}
+	for (int pass = 0; pass < 2 && !failed && (!pass || most > .5f * RBF_SEEN_ONE_SIDED); pass++) {
+		#pragma omp parallel for schedule(dynamic) reduction(|:failed) reduction(max:most)
+		for (int64_t b = 0; b < count; b++)
+			if (!(b % step) == !pass) {
+				failed |= rbf_seen_make(&measured->incidence[b], &(*seen)[b]) != 0;
+				most = fmaxf(most, (*seen)[b].share);
+			}
+	}
 	if (!failed && !(most > .5f * RBF_SEEN_ONE_SIDED)) {
 		free_seen(measured->count, *seen);
 		*seen = NULL;
@@ -56,16 +61,11 @@ static int look(const rbf_measured *measured, rbf_seen **seen)
 	return failed ? -1 : 0;
 }
 
-/* Asymmetry that noise explains. */
-static float explained(const rbf_job *j)
-{
-	return fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
-}
-
 static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const rbf_seen *seen, rbf_job *j, rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
-	const float lambertian = c->lambertian[rbf_luminance(m->channels)], noise = explained(j);
+	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
+	const float noise = fmaxf(ASYMMETRY_NOISE * (j->measured.ready ? READY_ERROR : fmaxf(j->held_out, 0)), ASYMMETRY_MIN);
 	rbf_asymmetry found, other;
 	if (rbf_asymmetry_of(m, m->symmetry, lambertian, seen, &found))
 		return rbf_out_of_memory(context);
@@ -103,15 +103,8 @@ static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const r
 
 bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
 {
-	const rbf_fitted *m = &j->fitted;
-	rbf_asymmetry all;
 	rbf_seen *seen = NULL;
-	if (rbf_asymmetry_of(m, m->symmetry, c->lambertian[rbf_luminance(m->channels)], NULL, &all))
-		return rbf_out_of_memory(context);
-	c->facts.asymmetry = all.mean;
-	if (!(all.mean > explained(j))) /* what was not measured need not be known */
-		return BSDFRBF_OK;
-	const int failed = !j->measured.ready && look(&j->measured, &seen);
+	const int failed = !j->measured.ready && j->symmetry.symmetry != RBF_ANISOTROPIC && look(&j->measured, &seen);
 	const bsdfrbf_status status = failed ? rbf_out_of_memory(context) : settle(context, name, seen, j, c);
 	free_seen(j->measured.count, seen);
 	return status;
@@ -143,8 +136,9 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, co
 	if (j->turned || j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
 	rbf_seen *seen = NULL;
+	const float *scatter = rbf_cross_planes_only(&j->measured) ? NULL : j->scatter; /* fits are dark beside planes */
 	const int failed = look(&j->measured, &seen)
-		|| rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], j->scatter, seen, ISOTROPIC * j->choice.error, &is);
+		|| rbf_isotropy_of(m, c->lambertian[rbf_luminance(m->channels)], scatter, seen, ISOTROPIC * j->choice.error, &is);
 	free_seen(j->measured.count, seen);
 	if (failed)
 		return rbf_out_of_memory(context);
