@@ -5,6 +5,7 @@
 
 static const float FAR_LOWER = .5f;                  /* of the highest */
 static const float AROUND_FROM = .5f, AROUND_TO = 2; /* times the gap: nearer ones along a scan line tell nothing of the peak across it */
+static const float LOBE = 1.5707963f; /* solid angle of a Gaussian whose sigma is half the gap, 2 pi / 4, over its square */
 static const double DEGREES = 57.29577951308232;
 
 static const rbf_incidence *nearest(const rbf_measured *measured, const float direction[3], int all_azimuths)
@@ -48,5 +49,5 @@ float rbf_coarse_peak(const rbf_measured *measured, int channels, const float di
 		if (far > (double)(AROUND_FROM * gap) && far < (double)(AROUND_TO * gap) && in->dsf[step * i + y] > FAR_LOWER * most)
 			return 0;
 	}
-	return most * gap * gap;
+	return most * LOBE * gap * gap;
 }

@@ -24,9 +24,12 @@ static const double FLOOR = 1e-4;       /* of the maximum: below, the signal ask
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
 static const double GAP = 2, GAP_NONE = 1.6; /* sigmas that bridge a gap between samples; up to so many times that it is none */
 static const double SIGMA_MIN = .0005, SIGMA_MAX = .6; /* narrower, the rounding of directions (1e-7) would be seen */
-static const double RIDGE = 1e-5, RIDGE_MOST = .01;
+static const double RIDGE = 1e-5, RIDGE_MOST = .01, RIDGE_PEAK = 1e-4; /* of the mean diagonal; at most of a lobe's own; and of a peak's over faint haze */
 static const float OUTLIER = 8, OUTLIER_MIN = .2f; /* times the spread of the fit's relative error; and at least */
-static const double WEIGHT_FLOOR = 1e-3;
+static const double DARK = 1e-3;        /* of the maximum: below, no peak and nothing missed is looked for */
+static const float FAINT = .1f;         /* of the mean of all directions: values below, and below DARK, count as this much: they are hardly any light */
+static const float LEAST = 1e-8f;       /* of the maximum: in any case */
+static const float LOW = 1e-6f;         /* of the maximum: what the smoothed signal is at least, or a tenth of what counts */
 static const float SAME = 1e-12f;       /* square of a distance: no distance */
 
 /* Working arrays of one incidence: what its fits share, and those of the last one. */
@@ -41,7 +44,8 @@ typedef struct rbf_fitting {
 	float *y[3];              /* DSF less the Lambertian part */
 	uint32_t (*near)[RBF_NEAR];
 	float *smooth, top;       /* geometric mean of the neighbours, mixed; the highest */
-	float *total;             /* the same with the Lambertian part: what noise is in proportion to */
+	float faint, bright;      /* what is fainter hardly counts; the most, with the Lambertian part */
+	float *total;             /* the same with the Lambertian part, not below DARK: what noise is in proportion to */
 	float *density;           /* of lobes that the signal asks for */
 	float *miss, *sorted;     /* what the fit lacks, over what there is in all; scratch */
 	float *weight;            /* of the squared difference, all samples */
@@ -50,7 +54,7 @@ typedef struct rbf_fitting {
 	uint8_t *outlier;         /* 1: not used */
 	float mix[3];             /* of the channels, by which each counts alike */
 	float *level;             /* y so mixed: lobes are placed where any channel has light */
-	uint32_t lobes;
+	uint32_t lobes, peak[2];  /* of these the first found as a peak, and the one after the last */
 	float (*centre)[3];
 	float *across;            /* gap_at() of those that are samples */
 	float *kappa;
@@ -139,6 +143,28 @@ static void mix(work *k)
 		k->level[i] = mixed(k, (float[3]){k->y[0][i], channels > 1 ? k->y[1][i] : 0, channels > 1 ? k->y[2][i] : 0});
 }
 
+static float lambertian_at(const work *k, size_t i)
+{
+	return mixed(k, k->lambertian) * k->w[i][2] * (float)(1 / RBF_PI);
+}
+
+/* What is so faint that it hardly counts, of all light: FAINT of the mean of all directions, or DARK of the maximum if that is less. *bright: that. */
+static float faint_of(const work *k, const float *y, float *bright)
+{
+	double light = 0, all = 0;
+	float top = 0;
+	for (size_t i = 0; i < k->n; i++) {
+		const float *near = k->w[k->near[i][RBF_NEAR - 1]];
+		const float apart[3] = {near[0] - k->w[i][0], near[1] - k->w[i][1], near[2] - k->w[i][2]}, value = fmaxf(y[i] + lambertian_at(k, i), 0);
+		const double area = (double)rbf_dot(apart, apart);
+		light += area * (double)value;
+		all += area;
+		top = fmaxf(top, value);
+	}
+	*bright = top;
+	return fmaxf(all > 0 ? fminf(FAINT * (float)(light / all), (float)DARK * top) : 0, LEAST * top);
+}
+
 /* Geometric mean of the nearest samples: a value that noise and outliers hardly move. */
 static void smooth(work *k, const float *y)
 {
@@ -154,8 +180,9 @@ static void smooth(work *k, const float *y)
 		memset(k->smooth, 0, k->n * sizeof *k->smooth);
 		return;
 	}
-	const float low = 1e-6f * top;
 	float *logarithm = k->miss;
+	k->faint = faint_of(k, y, &k->bright);
+	const float low = fmaxf(fminf(LOW, .1f * k->faint / top), LEAST) * top;
 	for (size_t i = 0; i < k->n; i++)
 		logarithm[i] = logf(fmaxf(y[i], low));
 	for (size_t i = 0; i < k->n; i++) {
@@ -206,11 +233,6 @@ static int widths(work *k)
 	return 0;
 }
 
-static float lambertian_at(const work *k, size_t i)
-{
-	return mixed(k, k->lambertian) * k->w[i][2] * (float)(1 / RBF_PI);
-}
-
 /* The solid angle that a sample stands for, up to a common factor that of a cap which holds so many others. */
 static float area_at(const work *k, const float w[3], int others)
 {
@@ -220,8 +242,9 @@ static float area_at(const work *k, const float w[3], int others)
 	return found ? distance[found - 1] + SAME : 1;
 }
 
-/* Density of lobes from the smoothed signal, and weights from it and the Lambertian part: max(signal, floor)^-1, since the noisy one would
- * bias the energy. Where scan lines are bridged, dense ones would outvote those across them. */
+/* Density of lobes from the smoothed signal, and weights from it and the Lambertian part: their inverse, since the noisy signal would bias
+ * the energy; down to what hardly is any light: a haze of a millionth of a narrow beam may be as much in all. Where scan lines are bridged, dense
+ * ones would outvote those across them. */
 static void weigh(work *k)
 {
 	for (size_t i = 0; i < k->n; i++)
@@ -230,8 +253,9 @@ static void weigh(work *k)
 		/* 1 / s; by f rather than DSF, if not wholly: near the horizon f is large where the DSF ends */
 		const float signal = k->smooth[i] / k->top / sqrtf(fmaxf(k->w[i][2], .02f));
 		k->density[i] = powf(fmaxf(signal, (float)FLOOR), (float)DENSITY);
-		k->total[i] = fmaxf(k->smooth[i] + lambertian_at(k, i), (float)WEIGHT_FLOOR * k->top);
-		k->weight[i] = (k->incidence->lines ? sqrtf(area_at(k, k->w[i], BRIDGED_AROUND)) : 1) / k->total[i];
+		const float total = k->smooth[i] + lambertian_at(k, i);
+		k->total[i] = fmaxf(total, (float)DARK * k->top);
+		k->weight[i] = (k->incidence->lines ? sqrtf(area_at(k, k->w[i], BRIDGED_AROUND)) : 1) / fmaxf(total, k->faint);
 	}
 }
 
@@ -259,20 +283,24 @@ static int place(work *k, uint32_t lobes)
 	k->lobes = (uint32_t)placed;
 	if (widths(k))
 		return -1;
-	const rbf_peaks_samples samples = {&k->tree, (const uint32_t (*)[RBF_NEAR])k->near, k->level, k->smooth, (float)WEIGHT_FLOOR * k->top};
+	const rbf_peaks_samples samples = {&k->tree, (const uint32_t (*)[RBF_NEAR])k->near, k->level, k->smooth, (float)DARK * k->top};
+	k->peak[0] = k->lobes;
 	k->lobes += rbf_peaks_find(&samples, (double[2]){SIGMA_MIN, SIGMA_MAX}, k->centre + k->lobes, k->kappa + k->lobes);
+	k->peak[1] = k->lobes;
 	return 0;
 }
 
-/* Adds a little to the diagonal, lobes `from` on, but never much of a lobe's own weight: narrow lobes on a peak would be shrunk. */
+/* Adds a little to the diagonal, lobes `from` on, but never much of a lobe's own weight: narrow lobes on a peak would be shrunk. Least to
+ * those that are peaks by themselves: what a beam lacks, wide lobes make up for, and a hundredth of it is more than the haze about it. */
 static void add_ridge(work *k, size_t from)
 {
 	const size_t m = k->lobes;
+	const double peak = fmax(RIDGE_MOST * (double)(k->faint / k->bright) / DARK, RIDGE_PEAK);
 	double *gram = k->equations.gram, mean = 0;
 	for (size_t j = 0; j < m; j++)
 		mean += gram[j * m + j] / (double)m;
 	for (size_t j = from; j < m; j++)
-		gram[j * m + j] += fmin(RIDGE * mean, RIDGE_MOST * gram[j * m + j]);
+		gram[j * m + j] += fmin(RIDGE * mean, (j >= k->peak[0] && j < k->peak[1] ? peak : RIDGE_MOST) * gram[j * m + j]);
 }
 
 /* Weighted normal equations. */

@@ -100,18 +100,25 @@ static void meets(double width, double height, double beam_most, double haze_mos
 	rbf_lobes_free(&lobes);
 }
 
+/* Beside a beam of half a degree. */
+static void haze_is_kept(void **state)
+{
+	(void)state;
+	meets(.5, 1e-4, .015, .08);
+	meets(.5, 2e-6, .015, .25); /* it is a fifteenth of all light */
+}
 
 /* As narrow as the samples show it. */
 static void beam_is_kept(void **state)
 {
 	(void)state;
-	meets(.2, 2e-6, .06, 2);
+	meets(.2, 2e-6, .015, .16);
 }
 
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(beam_is_kept)
+		cmocka_unit_test(haze_is_kept), cmocka_unit_test(beam_is_kept)
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
