@@ -94,9 +94,10 @@ static bsdfrbf_status set_expected(bsdfrbf_context *context, const rbf_job *j, c
 {
 	static const double MEAN = .8; /* of |x|, of a normal distribution, over the standard deviation */
 	const rbf_fitted *m = &j->fitted;
-	float *expected = calloc(2 * (size_t)m->bases + 1, sizeof *expected), *own = expected + m->bases;
+	float *expected = calloc(2 * (size_t)m->bases + 1, sizeof *expected);
 	if (!expected)
 		return rbf_out_of_memory(context);
+	float *own = expected + m->bases;
 	bsdfrbf_status status = BSDFRBF_OK;
 	for (uint32_t b = 0; b < m->bases; b++)
 		own[b] = info[b].dhr;

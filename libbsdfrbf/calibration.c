@@ -128,7 +128,7 @@ static int by_value(const void *a, const void *b)
 static void ask(const scans *s, rbf_pair *p)
 {
 	const uint32_t y = rbf_luminance(s->model->channels);
-	double told[TURNS], weights = 0;
+	double told[TURNS] = {0}, weights = 0;
 	int count = 0;
 	for (uint32_t k = 0; k < s->images; k++) {
 		float b[3], a[3], there[3], back[3];

@@ -278,11 +278,8 @@ static int complete(const rbf_cross_scans *p, rbf_incidence *in)
 	const double sine = hypot(in->direction[0], in->direction[1]);
 	const size_t room = in->count + RBF_CROSS_PARTS * RINGS * AROUND;
 	target *t = malloc(sizeof *t);
-	double *outgoing = realloc(in->outgoing, 3 * room * sizeof *outgoing);
-	in->outgoing = outgoing ? outgoing : in->outgoing;
-	float *dsf = realloc(in->dsf, (size_t)p->channels * room * sizeof *dsf);
-	in->dsf = dsf ? dsf : in->dsf;
-	if (t && outgoing && dsf) {
+	const int failed = rbf_incidence_reserve(in, (size_t)p->channels, room) || !t;
+	if (!failed) {
 		t->of = p;
 		t->from.without = RBF_CROSS_NONE;
 		t->from.theta = rbf_theta3(in->direction);
@@ -297,7 +294,7 @@ static int complete(const rbf_cross_scans *p, rbf_incidence *in)
 		add_rings(t, in);
 	}
 	free(t);
-	return t && outgoing && dsf ? 0 : -1;
+	return failed ? -1 : 0;
 }
 
 int rbf_cross_planes_only(const rbf_measured *measured)

@@ -448,20 +448,27 @@ bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data
 	return BSDFRBF_OK;
 }
 
+int rbf_incidence_reserve(rbf_incidence *incidence, size_t channels, size_t count)
+{
+	double *outgoing = realloc(incidence->outgoing, (count + 1) * 3 * sizeof *outgoing);
+	if (!outgoing)
+		return -1;
+	incidence->outgoing = outgoing;
+	float *dsf = realloc(incidence->dsf, (count * channels + 1) * sizeof *dsf);
+	if (!dsf)
+		return -1;
+	incidence->dsf = dsf;
+	return 0;
+}
+
 int rbf_incidence_append(rbf_incidence *to, const rbf_incidence *other, size_t channels)
 {
 	const size_t count = to->count + other->count;
-	double *outgoing = realloc(to->outgoing, (count + 1) * 3 * sizeof *outgoing);
-	if (!outgoing)
+	if (rbf_incidence_reserve(to, channels, count))
 		return -1;
-	to->outgoing = outgoing;
-	float *dsf = realloc(to->dsf, (count * channels + 1) * sizeof *dsf);
-	if (!dsf)
-		return -1;
-	to->dsf = dsf;
 	if (other->count) {
-		memcpy(outgoing + 3 * to->count, other->outgoing, 3 * other->count * sizeof *outgoing);
-		memcpy(dsf + channels * to->count, other->dsf, channels * other->count * sizeof *dsf);
+		memcpy(to->outgoing + 3 * to->count, other->outgoing, 3 * other->count * sizeof *to->outgoing);
+		memcpy(to->dsf + channels * to->count, other->dsf, channels * other->count * sizeof *to->dsf);
 	}
 	to->count = count;
 	return 0;

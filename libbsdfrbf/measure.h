@@ -56,6 +56,9 @@ const char *rbf_component_name(int component);
  * warnings about incidences without one, or with fewer than 10 samples. */
 bsdfrbf_status rbf_data_check(bsdfrbf_context *context, const bsdfrbf_data *data);
 
+/* Room for so many samples, at least one. Returns 0, or -1 when out of memory: what is there stays. */
+int rbf_incidence_reserve(rbf_incidence *incidence, size_t channels, size_t count);
+
 /* Appends the samples of another incidence to those that one has of its own, by realloc(). Returns 0, or -1 when out of memory. */
 int rbf_incidence_append(rbf_incidence *to, const rbf_incidence *other, size_t channels);
 #endif

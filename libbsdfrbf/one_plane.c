@@ -116,12 +116,8 @@ int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_falloff by,
 	if (!only)
 		normal[0] = normal[2] = 0, normal[1] = 1;
 	rbf_plane_point *p = malloc((PEAKS + 1) * count * sizeof *p);
-	double *outgoing = realloc(in->outgoing, 3 * room * sizeof *outgoing);
-	in->outgoing = outgoing ? outgoing : in->outgoing;
-	float *dsf = realloc(in->dsf, (size_t)channels * room * sizeof *dsf);
-	in->dsf = dsf ? dsf : in->dsf;
 	rbf_tree tree = {0};
-	int failed = !p || !outgoing || !dsf || (!only && rbf_tree_of(&tree, count, outgoing));
+	int failed = rbf_incidence_reserve(in, (size_t)channels, room) || !p || (!only && rbf_tree_of(&tree, count, in->outgoing));
 	if (!failed) {
 		const double length = hypot(normal[0], normal[1]), plane[2] = {normal[1] / length, -normal[0] / length};
 		const double source = fmin(fmax(in->direction[0]*plane[0] + in->direction[1]*plane[1], -1), 1);
@@ -134,7 +130,7 @@ int rbf_one_plane_complete(rbf_incidence *in, int channels, enum rbf_falloff by,
 		}
 		peak peak[PEAKS];
 		const int peaks = points >= (only ? LEAST : MANY) ? peaks_of(p, points, channels, source, by, peak) : 0;
-		in->count = add_rings(p, peak, peaks, points, channels, floor, plane, only ? NULL : &tree, count, outgoing, dsf);
+		in->count = add_rings(p, peak, peaks, points, channels, floor, plane, only ? NULL : &tree, count, in->outgoing, in->dsf);
 		in->guessed = in->count - count;
 	}
 	rbf_tree_free(&tree);

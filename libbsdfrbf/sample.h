@@ -22,6 +22,8 @@ typedef struct rbf_sampler {
 
 void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
 
+_Static_assert(3 * RBF_SITE_JOBS < 64, "parts are searched as bits of a word");
+
 #define RBF_SAMPLE_TRIES 1024 /* then there is nothing to draw */
 
 /* Draws an exitant direction in the component's half space (not folded), density proportional to the

@@ -298,9 +298,10 @@ bsdfrbf_status rbf_symmetry_choose(bsdfrbf_context *context, size_t count, const
 		return rbf_fail(context, BSDFRBF_ERR_ARGUMENT, "symmetry '%c' is none of I, Q, B, U, A", asked);
 	if (!count)
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "no incident directions");
-	double *azimuth = malloc(count * 14 * sizeof *azimuth), *sine = azimuth + count;
+	double *azimuth = malloc(count * 14 * sizeof *azimuth);
 	if (!azimuth)
 		return rbf_out_of_memory(context);
+	double *sine = azimuth + count;
 	lit l = {0, azimuth, sine, 0};
 	const double *pivot = NULL; /* the direction furthest from the normal has the most certain azimuth */
 	for (size_t i = 0; i < count; i++) {
