@@ -6,6 +6,7 @@
  */
 #include "gains.h"
 #include "measure.h"
+#include "median.h"
 #include "model.h"
 
 #include <stdlib.h>
@@ -118,12 +119,6 @@ static void image_back(const scans *s, uint32_t k, const float d[3], float to[3]
 		rbf_mirror((unsigned)s->op[k], d, to);
 }
 
-static int by_value(const void *a, const void *b)
-{
-	const double x = *(const double *)a, y = *(const double *)b;
-	return x < y ? -1 : x > y;
-}
-
 /* The median over the images. */
 static void ask(const scans *s, rbf_pair *p)
 {
@@ -144,8 +139,7 @@ static void ask(const scans *s, rbf_pair *p)
 		weights += share / (share + FAINT);
 		told[count++] = log((double)there[y] / (double)back[y]);
 	}
-	qsort(told, (size_t)count, sizeof *told, by_value);
-	p->difference = count ? .5 * (told[(count - 1) / 2] + told[count / 2]) : 0;
+	p->difference = rbf_median(told, (size_t)count);
 	p->weight = count ? weights / count : 0;
 }
 

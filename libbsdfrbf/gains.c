@@ -5,6 +5,7 @@
  * gain has to stand out from.
  */
 #include "gains.h"
+#include "median.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -26,18 +27,6 @@ typedef struct graph {
 	uint32_t *part;        /* number of what pairs join it to */
 	double *gain, *room;   /* room: for a list of scans, or pairs */
 } graph;
-
-static int by_value(const void *a, const void *b)
-{
-	const double x = *(const double *)a, y = *(const double *)b;
-	return x < y ? -1 : x > y;
-}
-
-static double median(double *list, uint32_t count)
-{
-	qsort(list, count, sizeof *list, by_value);
-	return count ? .5 * (list[(count - 1) / 2] + list[count / 2]) : 0;
-}
 
 static void list_pairs(graph *g, uint32_t pairs)
 {
@@ -97,7 +86,7 @@ static double scatter(const graph *g, uint32_t k)
 	const uint32_t count = g->first[k + 1] - g->first[k];
 	for (uint32_t e = 0; e < count; e++)
 		g->room[e] = fabs(tells(g, g->at[g->first[k] + e]) - g->gain[k]);
-	return count < PAIRS_LEAST ? INFINITY : NORMAL * median(g->room, count);
+	return count < PAIRS_LEAST ? INFINITY : NORMAL * rbf_median(g->room, count);
 }
 
 /* The gain of most in a part: their mean weighted by light, without those that stand apart (Tukey's biweight). */
@@ -108,10 +97,10 @@ static double most(const graph *g, uint32_t part)
 	for (uint32_t k = 0; k < g->scans; k++)
 		if (g->part[k] == part)
 			g->room[count++] = g->gain[k];
-	const double middle = median(g->room, count);
+	const double middle = rbf_median(g->room, count);
 	for (uint32_t i = 0; i < count; i++)
 		g->room[i] = fabs(g->room[i] - middle);
-	const double far = OUTSIDE * fmax(NORMAL * median(g->room, count), .5 * (double)g->least[part]);
+	const double far = OUTSIDE * fmax(NORMAL * rbf_median(g->room, count), .5 * (double)g->least[part]);
 	for (uint32_t k = 0; k < g->scans; k++) {
 		const double x = (g->gain[k] - middle) / far;
 		if (g->part[k] != part || !(fabs(x) < 1))

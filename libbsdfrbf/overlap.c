@@ -4,9 +4,9 @@
  * factor that nearly all have is told.
  */
 #include "overlap.h"
+#include "median.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { COMPARED = 300, LEAST = 20, PATH_MOST = 200 };
@@ -15,18 +15,6 @@ static const double NEAR_DEG = 1;  /* apart, at most */
 static const double CLEAR = 1.5;   /* standard deviations of ln of the ratios, that the factor exceeds */
 static const double SMALL = .03;   /* ln of a factor that harms no one */
 static const double NORMAL = 1.4826;
-
-static int by_value(const void *a, const void *b)
-{
-	const double x = *(const double *)a, y = *(const double *)b;
-	return x < y ? -1 : x > y;
-}
-
-static double median(double *list, size_t count)
-{
-	qsort(list, count, sizeof *list, by_value);
-	return .5 * (list[(count - 1) / 2] + list[count / 2]);
-}
 
 /* ln of new over former values; 0: there is no such factor. */
 static double factor(const rbf_incidence *former, const rbf_batch *more, size_t channels)
@@ -51,10 +39,10 @@ static double factor(const rbf_incidence *former, const rbf_batch *more, size_t 
 	}
 	if (count < LEAST)
 		return 0;
-	const double middle = median(ratio, count);
+	const double middle = rbf_median(ratio, count);
 	for (size_t i = 0; i < count; i++)
 		ratio[i] = fabs(ratio[i] - middle);
-	return fabs(middle) > fmax(SMALL, CLEAR * NORMAL * median(ratio, count)) ? middle : 0;
+	return fabs(middle) > fmax(SMALL, CLEAR * NORMAL * rbf_median(ratio, count)) ? middle : 0;
 }
 
 /* Line of a list, the end of it if it is long. */

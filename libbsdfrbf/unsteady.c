@@ -5,6 +5,8 @@
  * is a sum of these with known weights. The median over all incidences does not mind that the material is no such surface at a few.
  */
 #include "unsteady.h"
+#include "median.h"
+#include "small_system.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -24,12 +26,6 @@ static int by_square(const void *a, const void *b)
 {
 	const point *p = a, *q = b;
 	return p->square > q->square ? 1 : p->square < q->square ? -1 : p->base < q->base ? -1 : p->base > q->base;
-}
-
-static int by_value(const void *a, const void *b)
-{
-	const double x = *(const double *)a, y = *(const double *)b;
-	return x < y ? -1 : x > y;
 }
 
 /* All others and their images; returns how many. */
@@ -68,28 +64,11 @@ static uint32_t look_around(rbf_symmetry symmetry, uint32_t bases, const double 
 	return count;
 }
 
-/* Solves a positive definite system in place. */
-static void solve(int terms, double a[TERMS][TERMS], double x[TERMS])
-{
-	for (int i = 0; i < terms; i++)
-		for (int j = i + 1; j < terms; j++) {
-			const double part = a[j][i] / a[i][i];
-			for (int k = i; k < terms; k++)
-				a[j][k] -= part * a[i][k];
-			x[j] -= part * x[i];
-		}
-	for (int i = terms - 1; i >= 0; i--) {
-		for (int k = i + 1; k < terms; k++)
-			x[i] -= a[i][k] * x[k];
-		x[i] /= a[i][i];
-	}
-}
-
 /* Weights by which the values at `count` points, in the order of distance, give that of the surface at the incidence. */
 static void set_weights(int terms, uint32_t count, point list[])
 {
 	const double farthest = 1.02 * list[count - 1].square, unit = sqrt(farthest);
-	double normal[TERMS][TERMS] = {{0}}, x[TERMS] = {1}, trace = 0, term[AROUND][TERMS], near[AROUND];
+	double normal[TERMS * TERMS] = {0}, x[TERMS] = {1}, trace = 0, term[AROUND][TERMS], near[AROUND];
 	for (uint32_t i = 0; i < count; i++) {
 		const double u = list[i].x[0] / unit, v = list[i].x[1] / unit, all[TERMS] = {1, u, terms > 3 ? v : u*u, u*u, u*v, v*v};
 		const double close = 1 - pow(list[i].square / farthest, 1.5);
@@ -97,13 +76,13 @@ static void set_weights(int terms, uint32_t count, point list[])
 		memcpy(term[i], all, sizeof all);
 		for (int n = 0; n < terms; n++)
 			for (int l = 0; l < terms; l++)
-				normal[n][l] += near[i] * all[n] * all[l];
+				normal[n * terms + l] += near[i] * all[n] * all[l];
 	}
 	for (int n = 0; n < terms; n++)
-		trace += normal[n][n];
+		trace += normal[n * terms + n];
 	for (int n = 0; n < terms; n++)
-		normal[n][n] += RIDGE * trace;
-	solve(terms, normal, x);
+		normal[n * terms + n] += RIDGE * trace;
+	rbf_small_system_solve(terms, normal, x, 0);
 	for (uint32_t i = 0; i < count; i++) {
 		list[i].weight = 0;
 		for (int n = 0; n < terms; n++)
@@ -151,10 +130,8 @@ double rbf_unsteady(rbf_symmetry symmetry, uint32_t bases, const double *directi
 		set_weights(terms, count, list);
 		square[told++] = square_at(dhr, b, count, list);
 	}
-	if (square && told >= LEAST) {
-		qsort(square, told, sizeof *square, by_value);
-		found = sqrt(.5 * (square[(told - 1) / 2] + square[told / 2]) / NORMAL_SQUARE);
-	}
+	if (square && told >= LEAST)
+		found = sqrt(rbf_median(square, told) / NORMAL_SQUARE);
 	const int failed = !list || !square;
 	free(list);
 	free(square);
