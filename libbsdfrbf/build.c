@@ -27,7 +27,7 @@ void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
 	options->size = sizeof *options;
 }
 
-static void tell_scale(bsdfrbf_context *context, const char *name, const rbf_job *j)
+static void tell_scale(bsdfrbf_context *context, const rbf_job *j)
 {
 	for (uint32_t b = 0; b < j->fitted.bases && j->scale; b++) {
 		const double times = (double)j->scale[b];
@@ -36,7 +36,7 @@ static void tell_scale(bsdfrbf_context *context, const char *name, const rbf_job
 			continue;
 		rbf_job_angles(j->direction + 3*b, &theta, &phi);
 		rbf_warn(context, "%s: incidence theta %.1f phi %.1f sends %.*f times the light that those around it tell; it is kept as measured: check "
-			"its scale, measure it again, or leave it out", name, theta, phi, times < .095 ? 3 : times < 9.5 ? 1 + (times < .95) : 0, times);
+			"its scale, measure it again, or leave it out", j->name, theta, phi, times < .095 ? 3 : times < 9.5 ? 1 + (times < .95) : 0, times);
 	}
 }
 
@@ -56,7 +56,7 @@ static bsdfrbf_status tell_unread(bsdfrbf_context *context, const char *name, co
 }
 
 /* Frames that turn back x or y, or both, for nearly all that moves at all, are rare materials, and a common mistake. */
-static void tell_turned_back(bsdfrbf_context *context, const char *name, const rbf_job *j)
+static void tell_turned_back(bsdfrbf_context *context, const rbf_job *j)
 {
 	static const float NEARLY = .9f, SOME = .1f;
 	float back = 0, flipped = 0, all = 0;
@@ -72,10 +72,10 @@ static void tell_turned_back(bsdfrbf_context *context, const char *name, const r
 		return;
 	if (back > NEARLY * all)
 		rbf_warn(context, "%s: nearly all light that moves with the source goes back towards it: if the material is no retro-reflector, "
-			"azimuths of incidence were counted from the other side: add 180 to #inphi", name);
+			"azimuths of incidence were counted from the other side: add 180 to #inphi", j->name);
 	else if (flipped > NEARLY * all)
 		rbf_warn(context, "%s: nearly all light turns about the normal the other way round than the source: if no facets of the material send "
-			"back x or y, azimuths of incidence were counted the other way round in #inphi", name);
+			"back x or y, azimuths of incidence were counted the other way round in #inphi", j->name);
 }
 
 static float longest(const rbf_component *c)
@@ -141,28 +141,27 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 }
 
 /* symmetry: 0, as asked for or, if `found`, by the data. Sets *found, and goes no further, if these say that the material is isotropic. */
-static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measured *all, const char *name, int channels,
-	const bsdfrbf_build_options *o, char symmetry, double from, double to, int *found, rbf_job *j, rbf_component *c)
+static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measured *all, char symmetry, double from, double to, int *found,
+	rbf_job *j, rbf_component *c)
 {
 	const double span = to - from;
-	j->fitted.team = o->team;
-	RBF_TRY(rbf_job_select(context, all, name, j));
+	RBF_TRY(rbf_job_select(context, all, j));
 	RBF_TRY(rbf_symmetry_choose(context, j->measured.count, j->direction, symmetry, &j->symmetry));
 	if (*found)
 		rbf_symmetry_found(RBF_ISOTROPIC, &j->symmetry);
-	if (all->ready && o->lobes)
-		rbf_warn(context, "%s: its lobes are ready in the .sir file; the number asked for does not count", name);
+	if (all->ready && j->asked)
+		rbf_warn(context, "%s: its lobes are ready in the .sir file; the number asked for does not count", j->name);
 	if (j->symmetry.symmetry == RBF_ISOTROPIC) {
 		j->turned = 1;
-		if (rbf_turn(&j->measured, channels, j->direction) || rbf_one_plane_beside(&j->measured, channels))
+		if (rbf_turn(&j->measured, j->channels, j->direction) || rbf_one_plane_beside(&j->measured, j->channels))
 			return rbf_out_of_memory(context);
 	}
 	if (rbf_progress(context, "lobes", from))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	RBF_TRY(rbf_job_fit(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
-	RBF_TRY(rbf_told_settle(context, name, j, c));
+	RBF_TRY(rbf_job_fit(context, from + .2 * span, j, c));
+	RBF_TRY(rbf_told_settle(context, j, c));
 	if (!all->ready)
-		RBF_TRY(rbf_told_join(context, name, channels, (uint32_t)o->lobes, from + .2 * span, j, c));
+		RBF_TRY(rbf_told_join(context, from + .2 * span, j, c));
 	RBF_TRY(rbf_mesh_build(context, j->symmetry.symmetry, j->measured.count, j->direction, NULL, &j->fitted.mesh));
 	c->mesh = j->fitted.mesh; /* from here on the component's */
 	c->present = 1;
@@ -170,18 +169,18 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_frames_first(context, from + .4 * span, from + .6 * span, j, c));
 	if (!symmetry)
-		RBF_TRY(rbf_told_images(context, name, channels, from + .4 * span, from + .6 * span, j, c));
+		RBF_TRY(rbf_told_images(context, from + .4 * span, from + .6 * span, j, c));
 	RBF_TRY(rbf_frames_rest(context, from + .4 * span, from + .6 * span, j, c));
 	if (!symmetry)
-		RBF_TRY(rbf_told_isotropic(context, name, j, c, found));
+		RBF_TRY(rbf_told_isotropic(context, j, c, found));
 	if (*found && !j->turned)
 		return BSDFRBF_OK;
-	RBF_TRY(rbf_frames_fill(context, name, from + .6 * span, from + .8 * span, j, c));
-	RBF_TRY(rbf_others_try(context, name, channels, (uint32_t)o->lobes, from + .6 * span, from + .8 * span, j, c));
+	RBF_TRY(rbf_frames_fill(context, 1, from + .6 * span, from + .8 * span, j, c));
+	RBF_TRY(rbf_others_try(context, from + .6 * span, from + .8 * span, j, c));
 	c->filled = j->filled;
 	c->mirrored = j->mirrored;
-	tell_scale(context, name, j);
-	tell_turned_back(context, name, j);
+	tell_scale(context, j);
+	tell_turned_back(context, j);
 	j->fitted.scale = j->scale;
 	RBF_TRY(rbf_diagonals_choose(context, &j->choice, &j->fitted, c));
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))
@@ -194,8 +193,8 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	}
 	if (rbf_progress(context, "tables", from + .85 * span))
 		return rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
-	if (rbf_assemble_cull(o->team, c, longest(c)) || (j->choice.tune && rbf_tune_make(&j->fitted, j->choice.tune, c))
-			|| rbf_assemble_dhr(o->team, c))
+	if (rbf_assemble_cull(j->fitted.team, c, longest(c)) || (j->choice.tune && rbf_tune_make(&j->fitted, j->choice.tune, c))
+			|| rbf_assemble_dhr(j->fitted.team, c))
 		return rbf_out_of_memory(context);
 	return set_facts(context, j, c);
 }
@@ -208,9 +207,10 @@ static bsdfrbf_status build_passes(bsdfrbf_context *context, const rbf_measured 
 	int found = 0;
 	bsdfrbf_status status = BSDFRBF_OK;
 	for (int pass = 0; pass <= found && status == BSDFRBF_OK; pass++) {
-		rbf_job j = {.transmits = component == BSDFRBF_TF || component == BSDFRBF_TB};
+		rbf_job j = {.name = rbf_component_name(component), .channels = channels, .asked = (uint32_t)o->lobes, .fitted = {.team = o->team},
+			.transmits = component == BSDFRBF_TF || component == BSDFRBF_TB};
 		rbf_component_free(c); /* of the former pass */
-		status = build_component(context, read, rbf_component_name(component), channels, o, found ? 'I' : symmetry,
+		status = build_component(context, read, found ? 'I' : symmetry,
 			from + .6 * found * (to - from), to, &found, &j, c);
 		rbf_job_free(&j);
 	}

@@ -89,19 +89,19 @@ static int fit_filled(const rbf_unseen *unseen, const float lambertian[3], rbf_j
 	return rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, m->bases, m->channels, m->lobes);
 }
 
-static void tell_wide(bsdfrbf_context *context, const char *name, const rbf_unseen *unseen, const rbf_job *j)
+static void tell_wide(bsdfrbf_context *context, const rbf_unseen *unseen, const rbf_job *j)
 {
 	size_t first = 0;
 	double theta, phi;
-	const size_t wide = name ? rbf_unseen_wide(unseen, &first) : 0;
+	const size_t wide = rbf_unseen_wide(unseen, &first);
 	if (!wide)
 		return;
 	rbf_job_angles(j->direction + 3*first, &theta, &phi);
 	rbf_warn(context, "%s: more than a quarter of what leaves within 60 degrees of the normal was not measured at %zu of %zu incidences, first at theta %.1f phi %.1f: "
-		"%s; measure it", name, wide, j->measured.count, theta, phi, j->filled ? "what the incidences around tell is a guess" : "only a smooth continuation is there");
+		"%s; measure it", j->name, wide, j->measured.count, theta, phi, j->filled ? "what the incidences around tell is a guess" : "only a smooth continuation is there");
 }
 
-bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, const char *name, double from, double to, rbf_job *j, const rbf_component *c)
+bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, int tell, double from, double to, rbf_job *j, const rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
 	if (j->measured.ready)
@@ -120,8 +120,8 @@ bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, const char *name, doubl
 		more = round + 1 < FILL_LEAST || (round + 1 < FILL_MOST && left < FILL_MORE * former);
 		failed = fit_filled(unseen, c->lambertian, j) || rbf_label_renew(m, more ? m->candidates : RBF_MAPS_LISTED);
 	}
-	if (!failed)
-		tell_wide(context, name, unseen, j);
+	if (!failed && tell)
+		tell_wide(context, unseen, j);
 	rbf_unseen_end(unseen);
 	if (failed)
 		return rbf_out_of_memory(context);

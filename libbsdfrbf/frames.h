@@ -13,6 +13,6 @@ bsdfrbf_status rbf_frames_first(bsdfrbf_context *context, double from, double to
 bsdfrbf_status rbf_frames_rest(bsdfrbf_context *context, double from, double to, rbf_job *job, const rbf_component *component);
 
 /* Fills what was not measured (unseen.h) and fits again, which tells what is still farther; in the end frames are chosen anew. Errors and regions as
- * above; warns where much is missing, unless name is NULL. */
-bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, const char *name, double from, double to, rbf_job *job, const rbf_component *component);
+ * above; warns where much is missing, if asked to tell. */
+bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, int tell, double from, double to, rbf_job *job, const rbf_component *component);
 #endif

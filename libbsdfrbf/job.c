@@ -42,7 +42,7 @@ void rbf_job_free(rbf_job *j)
 	rbf_choice_free(&j->choice);
 }
 
-bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all, const char *name, rbf_job *j)
+bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all, rbf_job *j)
 {
 	j->measured.ready = all->ready;
 	j->measured.incidence = calloc(all->count + 1, sizeof *j->measured.incidence);
@@ -54,7 +54,7 @@ bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all,
 		double theta, phi;
 		rbf_job_angles(in->direction, &theta, &phi);
 		if (theta > GRAZING_DEG) {
-			rbf_warn(context, "%s: incidence theta %.2f phi %.2f is too close to the surface and is left out", name, theta, phi);
+			rbf_warn(context, "%s: incidence theta %.2f phi %.2f is too close to the surface and is left out", j->name, theta, phi);
 			continue;
 		}
 		size_t twin = j->measured.count;
@@ -69,7 +69,7 @@ bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all,
 			rbf_incidence *other = &j->measured.incidence[twin];
 			rbf_job_angles(other->direction, &theta2, &phi2);
 			rbf_warn(context, "%s: incidences theta %.2f phi %.2f and theta %.2f phi %.2f are nearly the same; the one with %zu samples is used",
-				name, theta2, phi2, theta, phi, in->count > other->count ? in->count : other->count);
+				j->name, theta2, phi2, theta, phi, in->count > other->count ? in->count : other->count);
 			if (in->count > other->count || in->lobes > other->lobes)
 				*other = *in;
 			continue;
@@ -77,16 +77,16 @@ bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all,
 		j->measured.incidence[j->measured.count++] = *in;
 	}
 	if (!j->measured.count)
-		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no usable incidence (all lie in the surface's plane); check the incident angles", name);
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no usable incidence (all lie in the surface's plane); check the incident angles", j->name);
 	for (size_t b = 0; b < j->measured.count; b++)
 		memcpy(j->direction + 3*b, j->measured.incidence[b].direction, 3 * sizeof *j->direction);
 	return BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress,
-	rbf_job *j, rbf_component *c)
+bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *j, rbf_component *c)
 {
 	const int64_t bases = (int64_t)j->measured.count;
+	const int channels = j->channels;
 	free_fits(j);
 	rbf_fitted *m = &j->fitted;
 	if (!j->measured.ready && rbf_fit_lambertian(m->team, &j->measured, channels, c->lambertian)) /* ready lobes contain it */
@@ -105,11 +105,11 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 	float error[RBF_TRIALS_MOST];
 	int failed = !count || rbf_trials_make(&trials, (size_t)bases, j->direction);
 	for (int64_t b = 0; b < bases && !failed; b++) {
-		count[b] = lobes;
+		count[b] = j->asked;
 		j->fit_error[b] = -1;
 	}
 	j->held_out = -1;
-	if (!failed && !lobes && !j->measured.ready) {
+	if (!failed && !j->asked && !j->measured.ready) {
 		failed = rbf_lobe_count(m->team, &j->measured, &trials, channels, c->lambertian, count, error);
 		double sum = 0;
 		for (uint32_t t = 0; t < trials.count && !failed; t++) {
@@ -138,7 +138,7 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int chann
 		for (uint32_t i = 0; i < m->lobes[b].count; i++)
 			energy += m->lobes[b].mass[i];
 	if (!(energy + (double)c->lambertian[rbf_luminance((uint32_t)channels)] > 0))
-		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no sample is above zero; nothing to interpolate", name);
+		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no sample is above zero; nothing to interpolate", j->name);
 	return BSDFRBF_OK;
 }
 
@@ -172,10 +172,11 @@ int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float 
 	return failed ? -1 : 0;
 }
 
-int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)
+int rbf_job_copy(const rbf_job *j, int own, rbf_job *other)
 {
 	const size_t count = j->measured.count;
-	*other = (rbf_job){.measured = j->measured, .transmits = j->transmits, .mirrored = j->mirrored, .symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
+	*other = (rbf_job){.name = j->name, .channels = j->channels, .asked = j->asked, .transmits = j->transmits, .measured = j->measured, .mirrored = j->mirrored,
+		.symmetry = j->symmetry, .fitted = {.team = j->fitted.team, .mesh = j->fitted.mesh}};
 	other->measured.incidence = malloc((count + 1) * sizeof *other->measured.incidence);
 	other->direction = malloc((3 * count + 1) * sizeof *other->direction);
 	if (!other->measured.incidence || !other->direction)
@@ -183,7 +184,7 @@ int rbf_job_copy(const rbf_job *j, int channels, int own, rbf_job *other)
 	memcpy(other->measured.incidence, j->measured.incidence, count * sizeof *j->measured.incidence);
 	memcpy(other->direction, j->direction, 3 * count * sizeof *j->direction);
 	other->turned = own;
-	return own ? rbf_turned_copy(&other->measured, channels) : 0;
+	return own ? rbf_turned_copy(&other->measured, j->channels) : 0;
 }
 
 int rbf_job_compare(const rbf_job *j, const rbf_job *joined, const rbf_fold *fold, float lambertian, double error[2])

@@ -8,6 +8,9 @@
 
 /* What one component's build holds until it is done. */
 typedef struct rbf_job {
+	const char *name;       /* of the component, for messages */
+	int channels;
+	uint32_t asked;         /* places of lobes in each fit; 0: chosen from the data */
 	rbf_measured measured;  /* chosen incidences; samples borrowed, unless turned */
 	int turned;             /* samples are our own copies */
 	rbf_measured own;       /* or those of joined or mirrored images are, in here */
@@ -27,12 +30,10 @@ typedef struct rbf_job {
 } rbf_job;
 
 /* Incidences worth fitting: not grazing, not the same twice. Errors: DATA, MEMORY. */
-bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all, const char *name, rbf_job *job);
+bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all, rbf_job *job);
 
-/* Fits all of them, in place of former fits, and the Lambertian part into component->lambertian. lobes: places of each; 0: chosen from the data. Errors: DATA,
- * MEMORY, CANCELLED. Opens OpenMP regions. */
-bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *job,
-	rbf_component *component);
+/* Fits all of them, in place of former fits, and the Lambertian part into component->lambertian. Errors: DATA, MEMORY, CANCELLED. Opens OpenMP regions. */
+bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *job, rbf_component *component);
 
 /* Fits of incidences that images were joined with (folded.h), from those of the former job; what was not joined is copied. The Lambertian part stays. Returns 0,
  * or -1 when out of memory. Opens an OpenMP region. */
@@ -40,7 +41,7 @@ int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float 
 
 /* The same incidences once more, for other fits. Samples and mesh are borrowed, samples copied if `own`. Returns 0, or -1 when out of memory; to be freed in
  * any case. */
-int rbf_job_copy(const rbf_job *job, int channels, int own, rbf_job *other);
+int rbf_job_copy(const rbf_job *job, int own, rbf_job *other);
 void rbf_job_free(rbf_job *job);
 
 /* Mean leave-one-out error, before and after, of incidences that both a job and another know of that has images joined. fold: of the former's. By what joined

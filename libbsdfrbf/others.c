@@ -17,16 +17,16 @@ static const double CROSS_MOST = .5; /* of all light, that planes of incidence a
 
 /* Fits and choice of another job, which takes the place of the first if it predicts incidences that are left out with less than `gain` times its
  * error. */
-static bsdfrbf_status try_other(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, float gain,
-	rbf_job *j, rbf_job *other, rbf_component *c)
+static bsdfrbf_status try_other(bsdfrbf_context *context, double from, double to, float gain, rbf_job *j, rbf_job *other,
+	rbf_component *c)
 {
 	float lambertian[3];
 	memcpy(lambertian, c->lambertian, sizeof lambertian); /* fits set it */
-	RBF_TRY(rbf_job_fit(context, name, channels, lobes, from, other, c));
+	RBF_TRY(rbf_job_fit(context, from, other, c));
 	if (rbf_label_prepare(&other->fitted))
 		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_frames_choose(context, from, to, other, c));
-	RBF_TRY(rbf_frames_fill(context, NULL, from, to, other, c));
+	RBF_TRY(rbf_frames_fill(context, 0, from, to, other, c));
 	if (other->choice.error < gain * j->choice.error) {
 		const rbf_job former = *j;
 		const int handed = !other->turned; /* samples are the former's, if anybody's */
@@ -65,17 +65,17 @@ static int has_guesses(const rbf_job *j)
 }
 
 /* The same with light guessed beside the plane of incidence in one way. */
-static bsdfrbf_status try_guess(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to,
+static bsdfrbf_status try_guess(bsdfrbf_context *context, double from, double to,
 	enum rbf_falloff by, rbf_job *j, rbf_component *c)
 {
 	const float gain = by == RBF_FALLOFF_ANGLES && !j->transmits ? ANGLES_GAIN : has_guesses(j) ? OTHER_GAIN : GUESS_GAIN;
 	rbf_job other;
-	int failed = rbf_job_copy(j, channels, 1, &other);
+	int failed = rbf_job_copy(j, 1, &other);
 	for (size_t b = 0; b < j->measured.count && !failed; b++)
-		failed = rbf_one_plane_complete(&other.measured.incidence[b], channels, by, by == RBF_FALLOFF_SLOPES ? c->lambertian : NULL, 1);
+		failed = rbf_one_plane_complete(&other.measured.incidence[b], j->channels, by, by == RBF_FALLOFF_SLOPES ? c->lambertian : NULL, 1);
 	bsdfrbf_status status = failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 	if (status == BSDFRBF_OK && has_guesses(&other)) {
-		status = try_other(context, name, channels, lobes, from, to, gain, j, &other, c);
+		status = try_other(context, from, to, gain, j, &other, c);
 		if (status == BSDFRBF_OK && has_guesses(j) && doubt_guess(j, &other, c))
 			status = rbf_out_of_memory(context);
 	}
@@ -84,13 +84,12 @@ static bsdfrbf_status try_guess(bsdfrbf_context *context, const char *name, int 
 }
 
 /* In all ways; what guesses there are so far are by tangential components. Facets do not mirror what is transmitted. */
-static bsdfrbf_status try_guesses(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
-	rbf_component *c)
+static bsdfrbf_status try_guesses(bsdfrbf_context *context, double from, double to, rbf_job *j, rbf_component *c)
 {
 	static const enum rbf_falloff by[] = {RBF_FALLOFF_COSINES, RBF_FALLOFF_SLOPES, RBF_FALLOFF_ANGLES};
 	for (size_t n = has_guesses(j) ? 1 : 0; n < sizeof by / sizeof *by; n++)
 		if (by[n] != RBF_FALLOFF_SLOPES || !j->transmits)
-			RBF_TRY(try_guess(context, name, channels, lobes, from, to, by[n], j, c));
+			RBF_TRY(try_guess(context, from, to, by[n], j, c));
 	return BSDFRBF_OK;
 }
 
@@ -116,25 +115,23 @@ static int rank_cross(const rbf_measured *measured, const rbf_cross_plan *plan, 
 
 /* Of a material that is not isotropic, what lies beside the plane of incidence is guessed from planes at other azimuths. The second best guess tells how far it may
  * be wrong. Leaving out incidences is no judge of either: guesses are alike at all, and what is dark is told well by what is as dark. */
-static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
-	rbf_component *c)
+static bsdfrbf_status try_cross(bsdfrbf_context *context, double from, double to, rbf_job *j, rbf_component *c)
 {
 	float measured[3], kept[3];
 	double error;
 	enum rbf_falloff by[2];
 	bsdfrbf_status status = BSDFRBF_OK;
-	const rbf_cross_plan plan = {channels, j->transmits, j->symmetry.symmetry, measured};
+	const rbf_cross_plan plan = {j->channels, j->transmits, j->symmetry.symmetry, measured};
 	memcpy(measured, c->lambertian, sizeof measured);
 	if (rank_cross(&j->measured, &plan, by, &error))
 		return rbf_out_of_memory(context);
 	for (int n = 0; n < 2 && (n ? has_guesses(j) : error < CROSS_MOST) && status == BSDFRBF_OK; n++) {
 		rbf_job other;
 		memcpy(kept, c->lambertian, sizeof kept);
-		if (rbf_job_copy(j, channels, 1, &other) || rbf_cross_planes_complete(&other.measured, &plan, by[n]))
+		if (rbf_job_copy(j, 1, &other) || rbf_cross_planes_complete(&other.measured, &plan, by[n]))
 			status = rbf_out_of_memory(context);
 		else if (has_guesses(&other))
-			status = n ? rbf_job_fit(context, name, channels, lobes, from, &other, c)
-				: try_other(context, name, channels, lobes, from, to, INFINITY, j, &other, c);
+			status = n ? rbf_job_fit(context, from, &other, c) : try_other(context, from, to, INFINITY, j, &other, c);
 		if (n)
 			memcpy(c->lambertian, kept, sizeof kept);
 		if (status == BSDFRBF_OK && n && has_guesses(&other) && doubt_guess(j, &other, c))
@@ -142,12 +139,11 @@ static bsdfrbf_status try_cross(bsdfrbf_context *context, const char *name, int 
 		rbf_job_free(&other);
 	}
 	if (status == BSDFRBF_OK && !has_guesses(j))
-		rbf_warn(context, "%s: planes of incidence do not tell what planes at other azimuths are like: what lies beside them stays dark", name);
+		rbf_warn(context, "%s: planes of incidence do not tell what planes at other azimuths are like: what lies beside them stays dark", j->name);
 	return status;
 }
 
-bsdfrbf_status rbf_others_try(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double from, double to, rbf_job *j,
-	rbf_component *c)
+bsdfrbf_status rbf_others_try(bsdfrbf_context *context, double from, double to, rbf_job *j, rbf_component *c)
 {
 	int lines;
 	if (j->measured.ready || !(j->choice.error > 0))
@@ -155,22 +151,22 @@ bsdfrbf_status rbf_others_try(bsdfrbf_context *context, const char *name, int ch
 	if (rbf_scan_lines(&j->measured, &lines))
 		return rbf_out_of_memory(context);
 	if (has_guesses(j))
-		RBF_TRY(try_guesses(context, name, channels, lobes, from, to, j, c));
+		RBF_TRY(try_guesses(context, from, to, j, c));
 	const int guess = lines && j->turned && !has_guesses(j);
 	if (!j->turned && rbf_cross_planes_only(&j->measured)) {
-		RBF_TRY(try_cross(context, name, channels, lobes, from, to, j, c));
+		RBF_TRY(try_cross(context, from, to, j, c));
 		if (has_guesses(j))
 			return BSDFRBF_OK;
 	}
 	for (rbf_lines way = RBF_LINES_BRIDGED; way <= RBF_LINES_FILLED && lines; way++) {
 		rbf_job other;
-		bsdfrbf_status status = rbf_job_copy(j, channels, 0, &other) ? rbf_out_of_memory(context) : BSDFRBF_OK;
+		bsdfrbf_status status = rbf_job_copy(j, 0, &other) ? rbf_out_of_memory(context) : BSDFRBF_OK;
 		for (size_t b = 0; b < j->measured.count && status == BSDFRBF_OK; b++)
 			other.measured.incidence[b].lines = way;
 		if (status == BSDFRBF_OK)
-			status = try_other(context, name, channels, lobes, from, to, OTHER_GAIN, j, &other, c);
+			status = try_other(context, from, to, OTHER_GAIN, j, &other, c);
 		rbf_job_free(&other);
 		RBF_TRY(status);
 	}
-	return guess ? try_guesses(context, name, channels, lobes, from, to, j, c) : BSDFRBF_OK;
+	return guess ? try_guesses(context, from, to, j, c) : BSDFRBF_OK;
 }

@@ -61,7 +61,7 @@ static int look(const rbf_measured *measured, rbf_seen **seen)
 	return failed ? -1 : 0;
 }
 
-static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const rbf_seen *seen, rbf_job *j, rbf_component *c)
+static bsdfrbf_status settle(bsdfrbf_context *context, const rbf_seen *seen, rbf_job *j, rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
 	const float lambertian = c->lambertian[rbf_luminance(m->channels)];
@@ -80,7 +80,7 @@ static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const r
 			const int asked = j->symmetry.other != RBF_UP;
 			memcpy(had, j->symmetry.text, sizeof had);
 			rbf_symmetry_found(j->symmetry.other, &j->symmetry);
-			rbf_warn(context, "%s: as %s, the data differ from their images by %.0f %% on average, but by %.1f %% as %s: taken so%s", name, had,
+			rbf_warn(context, "%s: as %s, the data differ from their images by %.0f %% on average, but by %.1f %% as %s: taken so%s", j->name, had,
 				100 * (double)found.mean, 100 * (double)other.mean, j->symmetry.text, asked ? "" : "; -s decides otherwise");
 			m->symmetry = j->symmetry.symmetry;
 			c->facts.asymmetry = other.mean;
@@ -97,38 +97,37 @@ static bsdfrbf_status settle(bsdfrbf_context *context, const char *name, const r
 		return rbf_out_of_memory(context);
 	advise(&offset, advice, sizeof advice);
 	rbf_warn(context, "%s: taken as %s, but the data differ from their images by %.0f %% on average and %.0f %% at theta %.1f phi %.1f; %s",
-		name, j->symmetry.text, 100 * (double)found.mean, 100 * (double)found.worst, theta, phi, advice);
+		j->name, j->symmetry.text, 100 * (double)found.mean, 100 * (double)found.worst, theta, phi, advice);
 	return BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *j, rbf_component *c)
+bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, rbf_job *j, rbf_component *c)
 {
 	rbf_seen *seen = NULL;
 	const int failed = !j->measured.ready && j->symmetry.symmetry != RBF_ANISOTROPIC && look(&j->measured, &seen);
-	const bsdfrbf_status status = failed ? rbf_out_of_memory(context) : settle(context, name, seen, j, c);
+	const bsdfrbf_status status = failed ? rbf_out_of_memory(context) : settle(context, seen, j, c);
 	free_seen(j->measured.count, seen);
 	return status;
 }
 
 /* Again for another symmetry, if need be. Returns 0, or -1 when out of memory. */
-static int add_mirrored(int channels, rbf_job *j)
+static int add_mirrored(rbf_job *j)
 {
 	float most;
-	const int failed = rbf_mirrored_add(j->symmetry.symmetry, channels, j->turned, &j->measured, &j->own, &most);
+	const int failed = rbf_mirrored_add(j->symmetry.symmetry, j->channels, j->turned, &j->measured, &j->own, &most);
 	j->mirrored = (uint32_t)ceilf(1000 * most);
 	return failed;
 }
 
-bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *j,
-	rbf_component *c)
+bsdfrbf_status rbf_told_join(bsdfrbf_context *context, double progress, rbf_job *j, rbf_component *c)
 {
-	const int gone = j->turned ? rbf_turned_join(&j->measured, channels, j->direction) : 0;
-	if (gone < 0 || (gone && rbf_one_plane_beside(&j->measured, channels)) || add_mirrored(channels, j))
+	const int gone = j->turned ? rbf_turned_join(&j->measured, j->channels, j->direction) : 0;
+	if (gone < 0 || (gone && rbf_one_plane_beside(&j->measured, j->channels)) || add_mirrored(j))
 		return rbf_out_of_memory(context);
-	return gone || j->mirrored ? rbf_job_fit(context, name, channels, lobes, progress, j, c) : BSDFRBF_OK;
+	return gone || j->mirrored ? rbf_job_fit(context, progress, j, c) : BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *j, const rbf_component *c, int *found)
+bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const rbf_job *j, const rbf_component *c, int *found)
 {
 	const rbf_fitted *m = &j->fitted;
 	rbf_isotropy is;
@@ -147,31 +146,31 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, co
 	if (is.folds)
 		snprintf(repeated, sizeof repeated, " (a material that repeats every %.0f degrees may look the same)", 360. / is.folds);
 	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by no more than %.1f %% on average%s: taken as isotropic, "
-		"not as %s; -s decides otherwise", name, 100 * (double)is.error, repeated, j->symmetry.text);
+		"not as %s; -s decides otherwise", j->name, 100 * (double)is.error, repeated, j->symmetry.text);
 	*found = 1;
 	return BSDFRBF_OK;
 }
 
 /* The same incidences, and their images, under a symmetry. Takes the job's place if it predicts what is left out better. */
-static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int channels, double from, double to, rbf_symmetry symmetry,
+static bsdfrbf_status try_images(bsdfrbf_context *context, double from, double to, rbf_symmetry symmetry,
 	float difference, rbf_fold *fold, rbf_job *j, rbf_job *other, rbf_component *c)
 {
 	const char *const had = j->symmetry.text;
 	double error[2];
 	memset(&other->fitted.mesh, 0, sizeof other->fitted.mesh);
 	rbf_mirrored_drop(&other->measured);
-	if (rbf_folded_join(symmetry, channels, &other->measured, other->direction, fold, &other->own))
+	if (rbf_folded_join(symmetry, j->channels, &other->measured, other->direction, fold, &other->own))
 		return rbf_out_of_memory(context);
 	rbf_symmetry_found(symmetry, &other->symmetry);
-	if (add_mirrored(channels, other))
+	if (add_mirrored(other))
 		return rbf_out_of_memory(context);
 	if (rbf_job_fit_joined(j, fold, c->lambertian, other))
 		return rbf_out_of_memory(context);
 	RBF_TRY(rbf_mesh_build(context, symmetry, other->measured.count, other->direction, NULL, &other->fitted.mesh));
 	bsdfrbf_status status = rbf_label_prepare(&other->fitted) ? rbf_out_of_memory(context) : rbf_frames_first(context, from, to, other, c);
-	if (status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)channels)], error) && error[1] < error[0]) {
+	if (status == BSDFRBF_OK && rbf_job_compare(j, other, fold, c->lambertian[rbf_luminance((uint32_t)j->channels)], error) && error[1] < error[0]) {
 		rbf_warn(context, "%s: images of incidences differ from what was measured around them by %.1f %% on average, as interpolation and noise do: "
-			"taken as %s, not as %s; -s %c keeps them apart", name, 100 * (double)difference, other->symmetry.text, had,
+			"taken as %s, not as %s; -s %c keeps them apart", j->name, 100 * (double)difference, other->symmetry.text, had,
 			j->symmetry.symmetry == RBF_ANISOTROPIC || j->symmetry.symmetry == RBF_UP ? (char)j->symmetry.symmetry : 'B');
 		if (rbf_folded_merge(&other->own, &j->own))
 			status = rbf_out_of_memory(context);
@@ -186,20 +185,20 @@ static bsdfrbf_status try_images(bsdfrbf_context *context, const char *name, int
 	return status;
 }
 
-bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, double from, double to, rbf_job *j, rbf_component *c)
+bsdfrbf_status rbf_told_images(bsdfrbf_context *context, double from, double to, rbf_job *j, rbf_component *c)
 {
 	rbf_symmetry symmetry;
 	float difference = 0;
 	if (j->turned || j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
-	RBF_TRY(rbf_images_find(context, &j->left_out, c->lambertian[rbf_luminance((uint32_t)channels)], &j->choice, j->scatter, &symmetry, &difference));
+	RBF_TRY(rbf_images_find(context, &j->left_out, c->lambertian[rbf_luminance((uint32_t)j->channels)], &j->choice, j->scatter, &symmetry, &difference));
 	if (symmetry == j->symmetry.symmetry)
 		return BSDFRBF_OK;
 	rbf_job other;
 	rbf_fold *fold = malloc((j->measured.count + 1) * sizeof *fold);
-	const int failed = rbf_job_copy(j, channels, 0, &other) || !fold;
+	const int failed = rbf_job_copy(j, 0, &other) || !fold;
 	const bsdfrbf_status status = failed ? rbf_out_of_memory(context)
-		: try_images(context, name, channels, from, to, symmetry, difference, fold, j, &other, c);
+		: try_images(context, from, to, symmetry, difference, fold, j, &other, c);
 	free(fold);
 	rbf_job_free(&other);
 	return status;

@@ -7,18 +7,17 @@
 
 /* What the azimuths say of the symmetry, the data may contradict: then the other one that these allow is taken, if the data agree with that;
  * else the user is told. */
-bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, const char *name, rbf_job *job, rbf_component *component);
+bsdfrbf_status rbf_told_settle(bsdfrbf_context *context, rbf_job *job, rbf_component *component);
 
 /* Incidences of an isotropic material that were measured at several azimuths, and compared, are fitted as one; and what was measured on one side of a
  * mirror plane alone counts on both (mirrored.h). */
-bsdfrbf_status rbf_told_join(bsdfrbf_context *context, const char *name, int channels, uint32_t lobes, double progress, rbf_job *job,
-	rbf_component *component);
+bsdfrbf_status rbf_told_join(bsdfrbf_context *context, double progress, rbf_job *job, rbf_component *component);
 
 /* Sets *found if other azimuths, turned about the normal, tell as much of an incidence as noise allows, or far more than its neighbours do: then the
  * material is isotropic, whatever the azimuths say. */
-bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const char *name, const rbf_job *job, const rbf_component *component, int *found);
+bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const rbf_job *job, const rbf_component *component, int *found);
 
 /* What the azimuths say of the symmetry may be less than the data show: measured all round, or over half a circle. To be asked of a job that has its
  * first frames, and becomes another one, which has them, too. */
-bsdfrbf_status rbf_told_images(bsdfrbf_context *context, const char *name, int channels, double from, double to, rbf_job *job, rbf_component *component);
+bsdfrbf_status rbf_told_images(bsdfrbf_context *context, double from, double to, rbf_job *job, rbf_component *component);
 #endif
