@@ -1,15 +1,30 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "fit.h"
+#include "spiral.h"
 #include "neighbours.h"
 
 #include <stdlib.h>
 
-enum { NEIGHBOURS = 16, FLOOR_PLACES = 1500 };
+enum { NEIGHBOURS = 16, FLOOR_PLACES = 1500, DIRECTIONS = 200 };
+static const float NEAR = .52f, REACHED = .3f; /* 30 degrees; share of the hemisphere that is as near to samples: else these are of a peak alone */
 
 static int ascending(const void *a, const void *b)
 {
 	const float x = *(const float *)a, y = *(const float *)b;
 	return x < y ? -1 : x > y;
+}
+
+/* Whether samples show what there is beside a peak. */
+static int reaches(const rbf_tree *tree)
+{
+	int near = 0;
+	for (int n = 0; n < DIRECTIONS; n++) {
+		float q[3], distance;
+		uint32_t index;
+		rbf_spiral(n, DIRECTIONS, q);
+		near += rbf_tree_nearest(tree, q, 1, &index, &distance) && distance < NEAR * NEAR;
+	}
+	return near > REACHED * DIRECTIONS;
 }
 
 /* Low quantile of f at one incidence, from local means, in which noise averages out; 0 if there are none, -1 when out of memory. */
@@ -21,7 +36,7 @@ static float incidence_floor(const rbf_incidence *in, int channels, int channel)
 	size_t used = 0;
 	if (!mean || rbf_tree_of(&tree, in->count, in->outgoing))
 		floor = -1;
-	else {
+	else if (reaches(&tree)) {
 		for (size_t i = step / 2; i < in->count; i += step) {
 			const double *at = in->outgoing + 3*i;
 			const float w[3] = {(float)at[0], (float)at[1], (float)at[2]};

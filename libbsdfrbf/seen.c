@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "seen.h"
-#include "vector.h"
+#include "spiral.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -9,15 +9,6 @@ enum { COARSE = 400, FINE = 2000 }; /* directions that are asked for */
 static const float REACH_LEAST = .0436f; /* 2.5 degrees */
 static const float INSIDE = .6f; /* of the gap between samples: nothing is farther from them among them */
 static const float BAND = .2f; /* rad */
-
-/* Directions of equal solid angle, a golden angle apart. */
-static void lattice(int n, int of, float q[3])
-{
-	const double z = 1 - (n + .5) / of, r = sqrt(1 - z*z), phi = 2 * RBF_PI * fmod(n * .6180339887498949, 1);
-	q[0] = (float)(r * cos(phi));
-	q[1] = (float)(r * sin(phi));
-	q[2] = (float)z;
-}
 
 /* The place in the tree of the point that stands for direction q; -1: there is none. bridged: as rbf_tree_gap() takes it. */
 static ptrdiff_t place_of(const rbf_tree *tree, const float q[3], int bridged)
@@ -41,7 +32,7 @@ rbf_seen_shares rbf_seen_compare(const rbf_seen *first, const rbf_seen *second, 
 	int count[4] = {0};
 	for (int n = 0; n < FINE; n++) {
 		float q[3], there[3];
-		lattice(n, FINE, q);
+		rbf_spiral(n, FINE, q);
 		for (int k = 0; k < 3; k++)
 			there[k] = image[3*k]*q[0] + image[3*k + 1]*q[1] + image[3*k + 2]*q[2];
 		count[rbf_seen_is(first, q) + 2 * rbf_seen_is(second, there)]++;
@@ -67,7 +58,7 @@ int rbf_seen_make(const rbf_incidence *in, rbf_seen *seen)
 	seen->sample = own_order(&seen->measured, rbf_tree_of(&seen->measured, in->count, in->outgoing));
 	const int failed = !seen->sample;
 	for (int n = 0; n < COARSE && !failed; n++) {
-		lattice(n, COARSE, q);
+		rbf_spiral(n, COARSE, q);
 		const int is = place_of(&seen->measured, q, seen->bridged) < 0;
 		unseen += is;
 		upper += is && q[2] > .5f;
@@ -82,7 +73,7 @@ int rbf_seen_refine(rbf_seen *seen)
 	float (*unseen)[3] = malloc(FINE * sizeof *unseen), q[3];
 	uint32_t count = 0;
 	for (int n = 0; n < FINE && unseen; n++) {
-		lattice(n, FINE, q);
+		rbf_spiral(n, FINE, q);
 		if (place_of(&seen->measured, q, seen->bridged) < 0)
 			memcpy(unseen[count++], q, sizeof q);
 	}
@@ -137,7 +128,7 @@ float rbf_seen_unknown(const rbf_seen *seen)
 	int unknown = 0;
 	for (int n = 0; n < COARSE; n++) {
 		float q[3];
-		lattice(n, COARSE, q);
+		rbf_spiral(n, COARSE, q);
 		unknown += q[2] > .5f && !rbf_seen_is(seen, q) && place_of(&seen->filled, q, 0) < 0;
 	}
 	return unknown / (.5f * COARSE);

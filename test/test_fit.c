@@ -374,6 +374,13 @@ static void diffuse_part(void **state)
 		assert_float_equal(energy, .1 * RBF_PI, .01 * .1 * RBF_PI);
 		rbf_lobes_free(&l);
 	}
+	size_t near = 0; /* samples of a peak alone do not tell what there is elsewhere */
+	for (size_t i = 0; i < incidence.count; i++)
+		if (acos(fmin(outgoing[3*i + 2], 1)) < 12 * DEGREE)
+			memmove(outgoing + 3 * near++, outgoing + 3*i, 3 * sizeof *outgoing);
+	incidence.count = near;
+	assert_int_equal(rbf_fit_lambertian(NULL, &measured, 1, lambertian), 0);
+	assert_true(near > 20 && !(lambertian[0] > 0));
 }
 
 /* .6 degrees wide at half maximum, in samples .3 degrees apart around it and a coarse scan elsewhere. */
