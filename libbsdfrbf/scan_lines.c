@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "scan_lines.h"
+#include "model.h"
 #include "neighbours.h"
 #include "small_system.h"
 #include "vector3.h"
@@ -7,6 +8,7 @@
 #include <string.h>
 
 enum { INCIDENCES = 8, SAMPLES = 100, FEW = 5 }; /* that are asked, at most; samples that may be on lines */
+enum { DEGREES = 361, GAP = 5, GAP_MORE = 4 };   /* of a circle, and around 0; those between samples that are a gap, times what is usual */
 
 static const double WIDE = .17;  /* sine: samples reach over 10 degrees of a plane */
 static const double ASIDE = .09; /* sine: 5 degrees that an instrument's plane is beside the source's */
@@ -78,10 +80,38 @@ static double farthest_off(const rbf_incidence *in, const double normal[3], doub
 	return most;
 }
 
+/* Whether most of what samples reach over, along the plane, is without any: they are of some peaks, and no scan. */
+static int is_gaps(const rbf_incidence *in, const double normal[3])
+{
+	unsigned char some[DEGREES] = {0};
+	int gaps[DEGREES + 1] = {0}, first = -1, last = -1, steps = 0, usual = 0, empty = 0;
+	double across[3];
+	rbf_cross3(normal, in->outgoing, across);
+	for (size_t i = 0; i < in->count; i++) {
+		const double angle = atan2(rbf_dot3(across, in->outgoing + 3*i), rbf_dot3(in->outgoing, in->outgoing + 3*i));
+		some[(int)((angle / (2 * RBF_PI) + .5) * (DEGREES - 1))] = 1;
+	}
+	for (int n = 0; n < DEGREES; n++) {
+		if (!some[n])
+			continue;
+		steps += last >= 0;
+		gaps[last >= 0 ? n - last : 0]++;
+		first = first < 0 ? n : first;
+		last = n;
+	}
+	for (int n = 1, so_far = 0; n <= DEGREES && !usual; n++) {
+		so_far += gaps[n];
+		usual = 2 * so_far >= steps ? n : 0;
+	}
+	for (int n = 1; n <= DEGREES; n++)
+		empty += n > GAP && n > GAP_MORE * usual ? n * gaps[n] : 0;
+	return 2 * empty > last - first;
+}
+
 int rbf_scan_plane(const rbf_incidence *in, double normal[3])
 {
 	double beside[3];
-	if (!(rough_normal(in, normal) > WIDE))
+	if (!(rough_normal(in, normal) > WIDE) || is_gaps(in, normal))
 		return 0;
 	fit_plane(in, 0, normal);
 	if (farthest_off(in, normal, 0) <= RBF_SCAN_FLAT)

@@ -9,7 +9,8 @@ int rbf_scan_lines(const rbf_measured *measured, int *lines);
 
 #define RBF_SCAN_FLAT .05 /* sine: samples in a plane are 3 degrees off it at most */
 
-/* Whether all samples lie in one plane through the origin, by 3 degrees, or, by 1 degree, in one up to 5 degrees beside it, as with an instrument or
- * a sample out of line; unit normal of the plane through the origin that is nearest to them. */
+/* Whether all samples are of a scan in one plane through the origin, by 3 degrees, or, by 1 degree, in one up to 5 degrees beside it, as with an instrument or
+ * a sample out of line; unit normal of the plane through the origin that is nearest to them. A few peaks and nothing between
+ * them are no scan. */
 int rbf_scan_plane(const rbf_incidence *incidence, double normal[3]);
 #endif

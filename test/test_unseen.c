@@ -358,6 +358,16 @@ static void planes_are_told(void **state)
 		if (c[i].plane && !(fabs(cos(c[i].azimuth * DEGREE) * normal[0] + sin(c[i].azimuth * DEGREE) * normal[1]) < .08 && fabs(normal[2]) < .12))
 			fail_msg("case %zu: normal %g %g %g", i, normal[0], normal[1], normal[2]);
 	}
+	size_t count = 0;
+	for (int side = -1; side <= 1; side += 2) /* two peaks, and nothing between them */
+		for (int n = 0; n < 80; n++, count++) {
+			const double r = 2.5 * DEGREE * sqrt((n + .5) / 80), theta = side * 25 * DEGREE + r * cos(2.4 * n);
+			out[count][0] = sin(theta);
+			out[count][1] = r * sin(2.4 * n);
+			out[count][2] = sqrt(1 - out[count][0]*out[count][0] - out[count][1]*out[count][1]);
+		}
+	double normal[3];
+	assert_false(rbf_scan_plane(&(const rbf_incidence){.count = count, .outgoing = out[0]}, normal));
 }
 
 /* Brushed, askew: mirroring facets, with axes at 20 degrees. */
