@@ -218,6 +218,7 @@ int main(int argc, char **argv)
 		print_text(model, "name", verbose);
 		print_text(model, "command", verbose);
 		print_text(model, "source", verbose);
+		print_text(model, "spikes", verbose);
 		print_text(model, "unread", verbose);
 		printf("channels: %s\n", bsdfrbf_channels(model) == 3 ? "X Y Z" : "Y");
 		for (int c = 0; c < 4; c++)

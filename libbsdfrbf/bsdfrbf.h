@@ -203,7 +203,8 @@ typedef struct bsdfrbf_build_options {
 BSDFRBF_API void bsdfrbf_build_defaults(bsdfrbf_build_options *options);
 
 /* Builds the interpolant of every component that `data` has. options NULL: defaults.
- * Samples that are zero here and there amid light count as not read: they are left out, and a warning and the model's text "unread" say how many.
+ * Samples far above all around them, which other incidences show nothing like, count as spikes, and those that are zero here and there amid light as
+ * not read: they are left out, and a warning and the model's texts "spikes" and "unread" say how many.
  * The result is the same for any number of threads and processes.
  * On success *model is to be closed by the caller; on failure *model is NULL.
  * Errors: ARGUMENT, DATA, MEMORY, CANCELLED, INTERNAL. */

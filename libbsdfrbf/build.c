@@ -9,6 +9,7 @@
 #include "levels.h"
 #include "one_plane.h"
 #include "others.h"
+#include "spikes.h"
 #include "symmetry_told.h"
 #include "trend.h"
 #include "tune.h"
@@ -40,19 +41,20 @@ static void tell_scale(bsdfrbf_context *context, const rbf_job *j)
 	}
 }
 
-/* Says what was left out, and notes it in the model's text "unread". */
-static bsdfrbf_status tell_unread(bsdfrbf_context *context, const char *name, const rbf_measured *all, const rbf_unread *unread, bsdfrbf_model *model)
+/* Says what was left out, and notes it in a text of the model. */
+static bsdfrbf_status tell_left_out(bsdfrbf_context *context, const char *name, const rbf_measured *all, const rbf_faults *found, const char *why,
+	const char *key, bsdfrbf_model *model)
 {
 	char text[512];
 	double theta, phi;
-	if (!unread->samples)
+	if (!found->samples)
 		return BSDFRBF_OK;
-	rbf_job_angles(all->incidence[unread->first].direction, &theta, &phi);
-	rbf_warn(context, "%s: %zu samples at %zu of %zu incidences, the first at theta %.2f phi %.2f, are zero amid steady light, here and there: they "
-		"count as not read, and are left out", name, unread->samples, unread->incidences, all->count, theta, phi);
-	const char *before = bsdfrbf_get_text(model, "unread");
-	snprintf(text, sizeof text, "%s%s%s %zu samples", before, *before ? ", " : "", name, unread->samples);
-	return bsdfrbf_set_text(context, model, "unread", text);
+	rbf_job_angles(all->incidence[found->first].direction, &theta, &phi);
+	rbf_warn(context, "%s: %zu samples at %zu of %zu incidences, the first at theta %.2f phi %.2f, %s", name, found->samples, found->incidences, all->count,
+		theta, phi, why);
+	const char *before = bsdfrbf_get_text(model, key);
+	snprintf(text, sizeof text, "%s%s%s %zu samples", before, *before ? ", " : "", name, found->samples);
+	return bsdfrbf_set_text(context, model, key, text);
 }
 
 /* Frames that turn back x or y, or both, for nearly all that moves at all, are rare materials, and a common mistake. */
@@ -217,6 +219,26 @@ static bsdfrbf_status build_passes(bsdfrbf_context *context, const rbf_measured 
 	return status;
 }
 
+/* The component of what is left when faults of the measurement are left out. */
+static bsdfrbf_status build_sound(bsdfrbf_context *context, const rbf_measured *all, int component, int channels, const bsdfrbf_build_options *o,
+	double from, double to, bsdfrbf_model *model)
+{
+	const char *name = rbf_component_name(component);
+	rbf_measured steady, read = {0};
+	rbf_faults spikes, unread;
+	const int failed = rbf_spikes_leave_out(all, channels, &steady, &spikes) || rbf_unread_leave_out(&steady, channels, &read, &unread);
+	bsdfrbf_status status = failed ? rbf_out_of_memory(context) : tell_left_out(context, name, all, &spikes,
+		"are far above all that is around them, and nothing like it is seen at other incidences: they count as spikes, and are left out", "spikes", model);
+	if (status == BSDFRBF_OK)
+		status = tell_left_out(context, name, all, &unread, "are zero amid steady light, here and there: they count as not read, and are left out", "unread",
+			model);
+	if (status == BSDFRBF_OK)
+		status = build_passes(context, &read, component, channels, o, from, to, &model->component[component]);
+	rbf_faults_release(&steady, &read);
+	rbf_faults_release(all, &steady);
+	return status;
+}
+
 static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, const bsdfrbf_build_options *o, bsdfrbf_model *model)
 {
 	int components = 0, done = 0;
@@ -224,20 +246,11 @@ static bsdfrbf_status build(bsdfrbf_context *context, const bsdfrbf_data *data, 
 	for (int i = 0; i < 4; i++)
 		components += data->component[i].count > 0;
 	model->channels = (uint32_t)data->channels;
-	for (int i = 0; i < 4; i++) {
-		const rbf_measured *all = &data->component[i];
-		rbf_measured read;
-		rbf_unread unread;
-		if (!all->count)
-			continue;
-		const double from = (double)done / components, to = (double)++done / components;
-		bsdfrbf_status status = rbf_unread_leave_out(all, data->channels, &read, &unread) ? rbf_out_of_memory(context)
-			: tell_unread(context, rbf_component_name(i), all, &unread, model);
-		if (status == BSDFRBF_OK)
-			status = build_passes(context, &read, i, data->channels, o, from, to, &model->component[i]);
-		rbf_unread_release(all, &read);
-		RBF_TRY(status);
-	}
+	for (int i = 0; i < 4; i++)
+		if (data->component[i].count) {
+			const double from = (double)done / components, to = (double)++done / components;
+			RBF_TRY(build_sound(context, &data->component[i], i, data->channels, o, from, to, model));
+		}
 	if (rbf_trend_set(model))
 		return rbf_out_of_memory(context);
 	for (int i = 0; i < 4; i++)

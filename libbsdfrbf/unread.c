@@ -30,7 +30,6 @@ enum { READ, ZERO, SHADOW, UNREAD };
 typedef struct scan {
 	uint8_t *state;
 	double readings, zeros, apart, beside, chance, variance, around, faint;
-	size_t unread;
 } scan;
 
 /* What is known of one incidence while it is looked at. */
@@ -127,19 +126,6 @@ static int ask_around(const work *k, size_t n, float step, scan *s)
 	return least > STEPS * step;
 }
 
-/* The step of numbers so coarse that the second smallest is about twice the smallest; 0: they are fine. */
-static float step_of(const float *value, size_t count)
-{
-	float least = 0, next = 0;
-	for (size_t i = 0; i < count; i++)
-		if (value[i] > 0 && !(least > 0 && least <= value[i]))
-			least = value[i];
-	for (size_t i = 0; i < count; i++)
-		if (value[i] > 1.001f * least && !(next > 0 && next <= value[i]))
-			next = value[i];
-	return next > 0 && next < 1.5f * least ? 0 : least;
-}
-
 static int look(const rbf_incidence *in, int channels, work *k, scan *s)
 {
 	const size_t y = rbf_luminance((uint32_t)channels);
@@ -176,13 +162,11 @@ static int look(const rbf_incidence *in, int channels, work *k, scan *s)
 	for (size_t n = 0; n < k->zeros; n++)
 		if (s->state[k->zero[n]] == ZERO)
 			count_beside(k, n, lit, s);
-	const float step = step_of(k->value, k->count);
+	const float step = rbf_faults_step(k->value, NULL, k->count);
 	s->readings = (double)(k->count - k->zeros);
 	for (size_t n = 0; n < k->zeros; n++)
-		if (s->state[k->zero[n]] == ZERO && ask_around(k, n, step, s)) {
+		if (s->state[k->zero[n]] == ZERO && ask_around(k, n, step, s))
 			s->state[k->zero[n]] = UNREAD;
-			s->unread++;
-		}
 	return 0;
 }
 
@@ -216,65 +200,22 @@ static int come_by_chance(size_t count, const scan *scans)
 		&& all.zeros <= MOST * (all.zeros + all.readings) && all.faint <= FAINT_SHARE * all.around && all.apart >= APART_SHARE * all.zeros;
 }
 
-/* A copy of an incidence's samples without those. */
-static int leave_out(const rbf_incidence *in, size_t channels, const scan *s, rbf_incidence *to)
+int rbf_unread_leave_out(const rbf_measured *all, int channels, rbf_measured *read, rbf_faults *found)
 {
-	double *outgoing = malloc((in->count + 1) * 3 * sizeof *outgoing);
-	float *dsf = malloc((in->count + 1) * channels * sizeof *dsf);
-	if (!outgoing || !dsf) {
-		free(outgoing);
-		free(dsf);
-		return -1;
-	}
-	to->outgoing = outgoing;
-	to->dsf = dsf;
-	to->count = 0;
-	for (size_t i = 0; i < in->count; i++) {
-		if (s->state[i] == UNREAD)
-			continue;
-		memcpy(outgoing + 3 * to->count, in->outgoing + 3*i, 3 * sizeof *outgoing);
-		memcpy(dsf + channels * to->count++, in->dsf + channels * i, channels * sizeof *dsf);
-	}
-	return 0;
-}
-
-int rbf_unread_leave_out(const rbf_measured *all, int channels, rbf_measured *read, rbf_unread *found)
-{
-	const int64_t count = (int64_t)all->count;
-	int failed = 0;
-	*found = (rbf_unread){0};
-	*read = *all;
-	read->incidence = malloc((all->count + 1) * sizeof *read->incidence);
-	if (!read->incidence)
-		return -1;
-	if (all->count)
-		memcpy(read->incidence, all->incidence, all->count * sizeof *all->incidence);
 	scan *scans = calloc(all->count + 1, sizeof *scans);
-	if (!scans)
-		return -1;
+	uint8_t **state = calloc(all->count + 1, sizeof *state);
+	int failed = !scans || !state;
+	const int64_t count = failed ? 0 : (int64_t)all->count;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t b = 0; b < count; b++)
+	for (int64_t b = 0; b < count; b++) {
 		failed |= look_at(&all->incidence[b], channels, &scans[b]) != 0;
-	const int lost = !failed && come_by_chance(all->count, scans);
-	for (size_t b = 0; b < all->count; b++) {
-		if (lost && !failed && scans[b].unread) {
-			failed = leave_out(&all->incidence[b], (size_t)channels, &scans[b], &read->incidence[b]);
-			found->first = found->incidences++ ? found->first : b;
-			found->samples += scans[b].unread;
-		}
-		free(scans[b].state);
+		state[b] = scans[b].state;
 	}
+	const int lost = !failed && come_by_chance(all->count, scans);
+	failed |= rbf_faults_leave_out(all, channels, lost ? state : NULL, UNREAD, read, found);
+	for (int64_t b = 0; b < count; b++)
+		free(state[b]);
 	free(scans);
+	free(state);
 	return failed ? -1 : 0;
-}
-
-void rbf_unread_release(const rbf_measured *all, rbf_measured *read)
-{
-	for (size_t b = 0; b < all->count && read->incidence; b++)
-		if (read->incidence[b].dsf != all->incidence[b].dsf) {
-			free(read->incidence[b].outgoing);
-			free(read->incidence[b].dsf);
-		}
-	free(read->incidence);
-	*read = (rbf_measured){0};
 }

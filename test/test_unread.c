@@ -106,7 +106,7 @@ static void leave_out(double (*f)(const double out[3], int incidence), faults ho
 {
 	static uint8_t is_lost[INCIDENCES][ARCS * STEPS];
 	rbf_measured read;
-	rbf_unread found;
+	rbf_faults found;
 	bsdfrbf_data *data = measure(f, how, is_lost);
 	const rbf_measured *all = &data->component[BSDFRBF_RF];
 	size_t incidences = 0;
@@ -129,7 +129,7 @@ static void leave_out(double (*f)(const double out[3], int incidence), faults ho
 	}
 	assert_int_equal(found.samples, *left_out + *wrong);
 	assert_int_equal(found.incidences, incidences);
-	rbf_unread_release(all, &read);
+	rbf_faults_release(all, &read);
 	assert_null(read.incidence);
 	bsdfrbf_data_free(data);
 }

@@ -187,7 +187,7 @@ class Model:
         return self.text("name")
 
     def text(self, key):
-        """A text recorded with the model: "name", "source", "command", "unread" (how many samples were left out as not read); "" if there is none."""
+        """A text recorded with the model: "name", "source", "command", "spikes" and "unread" (how many samples were left out as such); "" if there is none."""
         return _c.get_text(self._pointer, key.encode()).decode(errors="replace")
 
     def info(self, component):
