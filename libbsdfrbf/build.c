@@ -9,6 +9,7 @@
 #include "levels.h"
 #include "one_plane.h"
 #include "others.h"
+#include "repeated.h"
 #include "spikes.h"
 #include "symmetry_told.h"
 #include "trend.h"
@@ -219,14 +220,15 @@ static bsdfrbf_status build_passes(bsdfrbf_context *context, const rbf_measured 
 	return status;
 }
 
-/* The component of what is left when faults of the measurement are left out. */
+/* The component of what is left when repeated samples are joined, and faults of the measurement left out. */
 static bsdfrbf_status build_sound(bsdfrbf_context *context, const rbf_measured *all, int component, int channels, const bsdfrbf_build_options *o,
 	double from, double to, bsdfrbf_model *model)
 {
 	const char *name = rbf_component_name(component);
-	rbf_measured steady, read = {0};
+	rbf_measured joined, steady = {0}, read = {0};
 	rbf_faults spikes, unread;
-	const int failed = rbf_spikes_leave_out(all, channels, &steady, &spikes) || rbf_unread_leave_out(&steady, channels, &read, &unread);
+	const int failed = rbf_repeated_join(all, channels, &joined) || rbf_spikes_leave_out(&joined, channels, &steady, &spikes)
+		|| rbf_unread_leave_out(&steady, channels, &read, &unread);
 	bsdfrbf_status status = failed ? rbf_out_of_memory(context) : tell_left_out(context, name, all, &spikes,
 		"are far above all that is around them, and nothing like it is seen at other incidences: they count as spikes, and are left out", "spikes", model);
 	if (status == BSDFRBF_OK)
@@ -235,7 +237,8 @@ static bsdfrbf_status build_sound(bsdfrbf_context *context, const rbf_measured *
 	if (status == BSDFRBF_OK)
 		status = build_passes(context, &read, component, channels, o, from, to, &model->component[component]);
 	rbf_faults_release(&steady, &read);
-	rbf_faults_release(all, &steady);
+	rbf_faults_release(&joined, &steady);
+	rbf_faults_release(all, &joined);
 	return status;
 }
 
