@@ -16,7 +16,7 @@
 	X(channels) X(mesh.symmetry) X(mesh.bases) X(mesh.vertices) X(mesh.elements) X(mesh.borders) X(mesh.cell_entries) \
 	X(frames) X(frame[0]) X(frame[1]) X(frame[2]) X(frame[3]) X(residual) X(sets) X(blocks) X(shifts) X(edges) \
 	X(dhr_steps) X(learned) X(even) X(tuned) X(filled) X(limited) X(dhr_cells) \
-	X(dhr_unit[0]) X(dhr_unit[1]) X(dhr_unit[2]) X(mirrored)
+	X(dhr_unit[0]) X(dhr_unit[1]) X(dhr_unit[2]) X(mirrored) X(packed)
 #define RBF_NUMBERS_MAX 48
 
 /* Arrays: kind, name, member, entries, what they hold (enum rbf_array_holds). `c` is the component. With
@@ -24,26 +24,27 @@
  * The order is that of the file: what every query needs comes first, and close together. */
 #define RBF_ARRAYS(X) \
 	X(37, "limits",         limit,             c->limited * 1ull * c->frames,    RBF_ARRAY_FLOAT) \
-	X(16, "cell first",     mesh.cell_first,   rbf_mesh_cells(&c->mesh) + 1ull,  RBF_ARRAY_INDEX) \
-	X(17, "cell elements",  mesh.cell_element, c->mesh.cell_entries,             RBF_ARRAY_INDEX) \
+	X(16, "cell first",     mesh.cell_first,   !c->packed * (rbf_mesh_cells(&c->mesh) + 1ull), RBF_ARRAY_INDEX) \
+	X(17, "cell elements",  mesh.cell_element, !c->packed * 1ull * c->mesh.cell_entries, RBF_ARRAY_INDEX) \
 	X(18, "elements",       mesh.element,      c->mesh.elements,                 RBF_ARRAY_INDEX) \
 	X(19, "borders",        mesh.border,       c->mesh.borders,                  RBF_ARRAY_INDEX) \
 	X(20, "vertices",       mesh.vertex,       c->mesh.vertices,                 RBF_ARRAY_INDEX) \
 	X(21, "sets",           set,               c->sets,                          RBF_ARRAY_INDEX) \
 	X(22, "shift of",       shift_of,          c->residual * 6ull * c->mesh.elements, RBF_ARRAY_INDEX) \
 	X(38, "dhr grid",       dhr_grid,          c->channels * rbf_dhr_nodes(c),   RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
-	X(23, "dhr",            dhr,               DHR_ENTRIES,                      RBF_ARRAY_FLOAT) \
+	X(23, "dhr",            dhr,               !c->packed * DHR_ENTRIES,         RBF_ARRAY_FLOAT) \
 	X(24, "incidences",     base_info,         c->mesh.bases,                    RBF_ARRAY_INDEX) \
 	X(25, "wide cull",      cull_wide,         RBF_CULL_CELLS * c->sets,         RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
-	X(33, "cull",           cull,              rbf_cull_words(c->blocks),        RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
-	X(26, "lobes",          block,             c->blocks,                        RBF_ARRAY_FLOAT) \
-	X(27, "amplitudes",     amplitude,         1ull * c->channels * c->blocks,   RBF_ARRAY_FLOAT) \
-	X(34, "draws",          draws,             DRAWS_ENTRIES,                    RBF_ARRAY_BITS) \
+	X(33, "cull",           cull,              !c->packed * rbf_cull_words(c->blocks), RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
+	X(26, "lobes",          block,             !c->packed * 1ull * c->blocks,     RBF_ARRAY_FLOAT) \
+	X(27, "amplitudes",     amplitude,         !c->packed * 1ull * c->channels * c->blocks, RBF_ARRAY_FLOAT) \
+	X(34, "draws",          draws,             !c->packed * DRAWS_ENTRIES,       RBF_ARRAY_BITS) \
+	X(39, "packed",         pack,              c->packed,                        RBF_ARRAY_BITS) \
 	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT) \
 	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT) \
 	X(35, "levels",         level,            (c->even > 0) * 1ull * c->mesh.bases, RBF_ARRAY_FLOAT) \
 	X(36, "tuning",         tune,             c->tuned * 1ull * RBF_TUNE * (c->mesh.elements + (uint64_t)c->mesh.borders), RBF_ARRAY_FLOAT) \
-	X(32, "trend",          trend,             4ull * c->dhr_steps * c->mesh.borders, RBF_ARRAY_FLOAT | RBF_ARRAY_OPTIONAL)
+	X(32, "trend",          trend,             !c->packed * 4ull * c->dhr_steps * c->mesh.borders, RBF_ARRAY_FLOAT | RBF_ARRAY_OPTIONAL)
 
 enum rbf_array_holds {
 	RBF_ARRAY_FLOAT = 1,    /* nothing but floats: all must be finite */

@@ -4,6 +4,7 @@
 #include "cull.h"
 #include "draws.h"
 #include "kernel.h"
+#include "pack.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -243,11 +244,30 @@ static int cluster(const rbf_component *c)
 	return failed;
 }
 
+/* All masks of a set. Cells beside the disc are asked for by rounding alone: they have that of the nearest cell of their row. */
+static void cull_set(const rbf_component *c, const rbf_set *set, const cell_points *p, float reach, uint64_t mask[RBF_CULL_CELLS])
+{
+	float bound[64], sum[POINTS][POINTS];
+	set_sums(c, set, p, sum);
+	for (uint32_t y = 0; y < RBF_CULL_GRID; y++) {
+		uint32_t first, end;
+		uint64_t *row = mask + y * RBF_CULL_GRID;
+		rbf_cull_span(y, &first, &end);
+		for (uint32_t x = first; x < end; x++)
+			cull_cell(c, set, p, sum, (int)x, (int)y, reach, bound, &row[x]);
+		for (uint32_t x = 0; x < first; x++)
+			row[x] = row[first];
+		for (uint32_t x = end; x < RBF_CULL_GRID; x++)
+			row[x] = row[end - 1];
+	}
+}
+
 int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 {
 	const size_t cells = RBF_CULL_CELLS;
 	uint64_t *wide = malloc((c->sets * cells + 1) * sizeof *wide), *cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *cull);
 	cell_points *points = malloc(sizeof *points);
+	rbf_pack_round(c);
 	if (!wide || !cull || !points || cluster(c) || rbf_draws_make(c)) {
 		free(points);
 		free(wide);
@@ -256,14 +276,9 @@ int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 	}
 	set_points(points);
 	#pragma omp parallel for schedule(dynamic)
-	for (int64_t s = 0; s < (int64_t)c->sets; s++) {
-		float bound[64], sum[POINTS][POINTS];
-		if (!rbf_team_mine(team, (uint64_t)s))
-			continue;
-		set_sums(c, &c->set[s], points, sum);
-		for (int cell = 0; cell < (int)cells; cell++)
-			cull_cell(c, &c->set[s], points, sum, cell % RBF_CULL_GRID, cell / RBF_CULL_GRID, reach, bound, &wide[(size_t)s * cells + (size_t)cell]);
-	}
+	for (int64_t s = 0; s < (int64_t)c->sets; s++)
+		if (rbf_team_mine(team, (uint64_t)s))
+			cull_set(c, &c->set[s], points, reach, &wide[(size_t)s * cells]);
 	free(points);
 	c->cull = cull;
 	const int failed = rbf_team_share_rows(team, c->sets, cells * sizeof *wide, wide);

@@ -20,7 +20,7 @@ void rbf_assemble_shift(const rbf_fitted *fitted, const rbf_component *component
 /* Blocks of all sets of a base: the length of such an array. */
 uint32_t rbf_assemble_blocks(const rbf_component *component, uint32_t base);
 
-/* Culling masks of every set, and tables for sampling that allow for residual motion. reach: how far it can carry a lobe (0: none).
+/* Lobes rounded to what can be packed (pack.h), culling masks of every set, and tables for sampling that allow for residual motion. reach: how far it can carry a lobe (0: none).
  * Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up; so does the next. */
 int rbf_assemble_cull(const rbf_team *team, rbf_component *component, float reach);
 

@@ -2,6 +2,7 @@
 #include "assemble.h"
 #include "dhr.h"
 #include "integrate.h"
+#include "pack.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -207,5 +208,8 @@ int rbf_assemble_dhr(const rbf_team *team, rbf_component *c)
 		failed = fill_elements(team, c, missed);
 	}
 	free(missed);
-	return failed || fill_borders(team, c) ? -1 : 0;
+	failed = failed || fill_borders(team, c);
+	if (!failed)
+		rbf_pack_round_dhr(c);
+	return failed ? -1 : 0;
 }

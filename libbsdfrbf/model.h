@@ -115,6 +115,8 @@ typedef struct rbf_component {
 	/* culling: for each set and cell, which groups of ceil(set.blocks / 64) blocks matter; one of the two, or both NULL */
 	const uint64_t *cull;           /* packed, see cull.h */
 	const uint64_t *cull_wide;      /* [sets][RBF_CULL_GRID^2]: only of files that were written before masks were packed */
+	uint32_t packed;                /* bytes of the stream below; 0: none, as ever but in a record and on its way there */
+	const uint8_t *pack;            /* for what is then absent, see pack.h */
 	const float *extent;            /* while a model is made, instead of them: by extent.h */
 	/* residual transport: shift_of[element * 6 + corner * 2 + n] = first entry in `shift` for the corner's base, towards
 	 * the n-th other corner (in cyclic order: corner+1, corner+2 mod 3); RBF_NO_SHIFT: no motion. */

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
- * The recorded file (.rbf), version 1.1.
+ * The recorded file (.rbf), version 1.2.
  *
  *   offset 0     header, 64 bytes
  *   offset 64    directory: `sections` entries of 40 bytes
  *   then         sections, in the order of the directory, each at the next multiple of 64 behind the one before
  *
  * All numbers are little-endian, floats IEEE 754. Bytes that align sections are 0. The file ends with its last
- * section. Nothing is compressed: sections are the arrays of struct rbf_component as they are in memory, to be used
- * in a read-only mapping, of which only the pages that a query needs are ever read.
+ * section. Sections are the arrays of struct rbf_component as they are in memory, to be used in a read-only mapping, of
+ * which only the pages that a query needs are ever read; but for the larger ones of files that would otherwise have up
+ * to RBF_RECORD_VERIFY_BYTES: these are read as a whole anyway, and unpacked then (pack.h).
  *
  * Versions. A reader refuses another major version. A higher minor version may add sections and numbers; a reader
  * skips kinds that it does not know, unless they carry RBF_RECORD_MUST: then what it would answer without them is
@@ -31,7 +32,7 @@
 #define RBF_RECORD_MAGIC_BYTES 8
 #define RBF_RECORD_ENDIAN 0x01020304u
 #define RBF_RECORD_MAJOR 1
-#define RBF_RECORD_MINOR 1
+#define RBF_RECORD_MINOR 2
 #define RBF_RECORD_ALIGN 64
 #define RBF_RECORD_MAX_SECTIONS 1024
 #define RBF_RECORD_MAX_TEXT (1u << 20)

@@ -3,6 +3,7 @@
  * of an isotropic mesh. */
 #include "check.h"
 #include "draws.h"
+#include "pack.h"
 #include "record.h"
 
 #include <stdlib.h>
@@ -38,7 +39,7 @@ const char *rbf_record_former(rbf_component *c, void **made)
 	const size_t row = rbf_mesh_cells(&c->mesh) + 1, lanes = (size_t)c->blocks * RBF_LANES * rbf_draw_tables(c);
 	rbf_set *set = malloc(c->sets * sizeof *set + row * sizeof *c->mesh.cell_first + (lanes + 1) * sizeof *c->draws);
 	if (!set)
-		return "memory";
+		return rbf_unpack_memory;
 	*made = set;
 	for (uint32_t s = 0; s < c->sets; s++)
 		set[s] = (rbf_set){.first = c->set[s].first, .blocks = c->set[s].blocks};
@@ -48,5 +49,5 @@ const char *rbf_record_former(rbf_component *c, void **made)
 	c->draws = (const uint16_t *)(first + row);
 	if (!wrong)
 		wrong = rbf_check_arrays(c);
-	return wrong ? wrong : rbf_draws_make(c) ? "memory" : NULL;
+	return wrong ? wrong : rbf_draws_make(c) ? rbf_unpack_memory : NULL;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "carrier.h"
 #include "check.h"
+#include "pack.h"
 #include "record.h"
 
 #include <errno.h>
@@ -255,7 +256,12 @@ static bsdfrbf_status read_component(const reader *r, uint32_t index, bsdfrbf_mo
 		rbf_array_set(c, row, r->at + a->offset);
 	}
 	c->present = 1;
-	wrong = former ? rbf_record_former(c, &model->made[index]) : NULL;
+	const rbf_record_section *pack = c->packed ? find(r, rbf_array_row[RBF_ARRAY_ROW_39].kind, index) : NULL;
+	if (pack && (former || !intact(r, pack)))
+		return damaged_section(r, pack, "checksum");
+	wrong = former ? rbf_record_former(c, &model->made[index]) : pack ? rbf_unpack(c, &model->made[index]) : NULL;
+	if (wrong == rbf_unpack_memory)
+		return rbf_fail(r->context, BSDFRBF_ERR_MEMORY, "%s: out of memory", r->path);
 	return wrong ? damaged_section(r, s, wrong) : BSDFRBF_OK;
 }
 

@@ -132,7 +132,7 @@ static void noise_has_none(void **state)
 	assert_memory_equal(value, table, sizeof *value);
 }
 
-/* It comes back from a file, of which it is a small part, and a file without it answers by the table. */
+/* It comes back from a file, and is a small part of all arrays; and a file without it answers by the table. */
 static void is_recorded(void **state)
 {
 	(void)state;
@@ -160,10 +160,10 @@ static void is_recorded(void **state)
 					assert_float_equal(after[y], before[y] + c->lambertian[y], 1e-6);
 				}
 			}
-			for (int i = 0; i < bsdfrbf_get_section(back, -1, NULL, NULL, NULL); i++) {
+			for (int i = 0; i < bsdfrbf_get_section(model, -1, NULL, NULL, NULL); i++) {
 				const char *name;
 				uint64_t bytes;
-				bsdfrbf_get_section(back, i, &name, NULL, &bytes);
+				bsdfrbf_get_section(model, i, &name, NULL, &bytes);
 				all += bytes;
 				grid += strcmp(name, "dhr grid") ? 0 : bytes;
 			}

@@ -1,9 +1,30 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes small .rbf files for the fuzzer to start from, with and without the optional sections: seed_record FOLDER. */
 #include "../synthetic.h"
+#include "pack.h"
 #include "bsdfrbf.h"
 
 #include <stdio.h>
+
+/* Made such that it is packed. */
+static int pack(rbf_component *c)
+{
+	for (uint32_t i = 0; i < c->blocks * RBF_LANES; i++) {
+		rbf_block *b = (rbf_block *)&c->block[i / RBF_LANES];
+		const uint32_t lane = i % RBF_LANES;
+		float d[3] = {b->x[lane], b->y[lane], b->z[lane]};
+		rbf_normalize(d);
+		b->x[lane] = d[0];
+		b->y[lane] = d[1];
+		b->z[lane] = d[2];
+		b->k[lane] = 5 + 90 * b->k[lane];
+	}
+	free((void *)c->cull);
+	c->cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *c->cull);
+	rbf_pack_round(c);
+	rbf_pack_round_dhr(c);
+	return !c->cull || rbf_draws_make(c);
+}
 
 int main(int argc, char **argv)
 {
@@ -15,6 +36,8 @@ int main(int argc, char **argv)
 		bsdfrbf_model *model = rbf_model_new();
 		model->channels = want[n].channels;
 		synthetic_component(&want[n], (uint64_t)n + 1, model->component + (n + 3) % 4);
+		if (n % 2 && pack(model->component + (n + 3) % 4))
+			return 1;
 		if (n < 2)
 			bsdfrbf_set_text(NULL, model, "name", "seed");
 		snprintf(path, sizeof path, "%s/seed%d.rbf", argv[1], n);

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What records have packed: lobes are rounded by little, and all of it comes back bit by bit, or is not packed; what is damaged is refused. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include <cmocka.h>
+
+#include "model_fixture.h"
+#include "random_model.h"
+#include "draws.h"
+#include "image.h"
+#include "pack.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+static char path[64];
+
+/* Bytes of the sections of a model, or of its file. */
+static uint64_t bytes_of(const bsdfrbf_model *model)
+{
+	uint64_t all = 0, bytes;
+	for (int i = 0; i < bsdfrbf_get_section(model, -1, NULL, NULL, NULL); i++) {
+		bsdfrbf_get_section(model, i, NULL, NULL, &bytes);
+		all += bytes;
+	}
+	return all;
+}
+
+static bsdfrbf_model *again(const bsdfrbf_model *model)
+{
+	bsdfrbf_model *back;
+	assert_int_equal(bsdfrbf_save(NULL, model, path), BSDFRBF_OK);
+	assert_int_equal(bsdfrbf_open(NULL, path, &back), BSDFRBF_OK);
+	return back;
+}
+
+static void assert_same(const rbf_component *a, const rbf_component *b)
+{
+	uint32_t na[RBF_NUMBERS_MAX], nb[RBF_NUMBERS_MAX];
+	rbf_numbers_get(a, na);
+	rbf_numbers_get(b, nb);
+	assert_memory_equal(na, nb, sizeof na);
+	for (int row = 0; row < RBF_ARRAY_ROWS; row++) {
+		const size_t size = (size_t)(rbf_array_entries(a, row) * rbf_array_row[row].entry);
+		const void *x = rbf_array_get(a, row), *y = rbf_array_get(b, row);
+		if (size && x) {
+			assert_non_null(y);
+			assert_memory_equal(x, y, size);
+			assert_int_equal((uintptr_t)y % RBF_RECORD_ALIGN, 0);
+		}
+	}
+}
+
+static void comes_back(void **state)
+{
+	(void)state;
+	for (int k = 0; k < RANDOM_PLANS; k++) {
+		random_plan p = random_plans[k];
+		p.no_dhr = 0;
+		bsdfrbf_model *model = random_model(&p, 40 + (uint64_t)k), *back = again(model), *twice;
+		const double share = (double)bytes_of(back) / (double)bytes_of(model);
+		int packed = 0;
+		for (int i = 0; i < bsdfrbf_get_section(back, -1, NULL, NULL, NULL); i++) {
+			const char *name;
+			bsdfrbf_get_section(back, i, &name, NULL, NULL);
+			packed += !strcmp(name, "packed");
+		}
+		print_message("plan %d: %.3f of the bytes\n", k, share);
+		assert_int_equal(packed, 1);
+		assert_true(share < (p.motion > 0 ? .95 : .5));
+		assert_same(&model->component[BSDFRBF_RF], &back->component[BSDFRBF_RF]);
+		twice = again(back);
+		assert_true(bytes_of(twice) == bytes_of(back));
+		assert_same(&model->component[BSDFRBF_RF], &twice->component[BSDFRBF_RF]);
+		bsdfrbf_close(twice);
+		bsdfrbf_close(back);
+		bsdfrbf_close(model);
+	}
+}
+
+/* A lobe that was not rounded makes a record of plain arrays, which has it as it is. */
+static void else_is_plain(void **state)
+{
+	(void)state;
+	bsdfrbf_model *model = random_model(&random_plans[0], 3), *back;
+	rbf_component *c = &model->component[BSDFRBF_RF];
+	((rbf_block *)c->block)[1].x[2] += 1e-7f;
+	assert_int_equal(rbf_draws_make(c), 0);
+	back = again(model);
+	assert_true(bytes_of(back) == bytes_of(model));
+	assert_same(c, &back->component[BSDFRBF_RF]);
+	bsdfrbf_close(back);
+	bsdfrbf_close(model);
+}
+
+/* Rounding moves a lobe by a thousandth of its spread, and changes it by as little; what is rounded stays as it is. */
+static void rounds_little(void **state)
+{
+	(void)state;
+	enum { BLOCKS = 2000 };
+	rbf_component c = {.channels = 3, .blocks = BLOCKS};
+	rbf_block *block = calloc(BLOCKS, sizeof *block), *was = malloc(BLOCKS * sizeof *was);
+	rbf_amplitude *amplitude = calloc(3 * BLOCKS, sizeof *amplitude), *before = malloc(3 * BLOCKS * sizeof *before);
+	uint64_t seed = 5;
+	c.block = block;
+	c.amplitude = amplitude;
+	for (uint32_t i = 0; i < BLOCKS * RBF_LANES; i++) {
+		rbf_block *b = &block[i / RBF_LANES];
+		const uint32_t lane = i % RBF_LANES;
+		const double z = i % 50 ? random_unit(&seed) : 0, phi = 2 * RBF_PI * (i % 7 ? random_unit(&seed) : .25 * (i % 4)), s = sqrt(1 - z*z);
+		b->x[lane] = (float)(s * cos(phi));
+		b->y[lane] = (float)(s * sin(phi));
+		b->z[lane] = (float)z;
+		b->k[lane] = (float)(.5 * pow(8e6, random_unit(&seed)));
+		for (uint32_t n = 0; n < 3; n++)
+			amplitude[n * BLOCKS + i / RBF_LANES].a[lane] = i % 13 == n ? 0 : (float)pow(10, 14 * random_unit(&seed) - 9);
+	}
+	memcpy(was, block, BLOCKS * sizeof *was);
+	memcpy(before, amplitude, 3 * BLOCKS * sizeof *before);
+	rbf_pack_round(&c);
+	double moved = 0, wider = 0, more = 0;
+	for (uint32_t i = 0; i < BLOCKS * RBF_LANES; i++) {
+		const rbf_block *a = &was[i / RBF_LANES], *b = &block[i / RBF_LANES];
+		const uint32_t lane = i % RBF_LANES;
+		const double x = (double)b->x[lane] - (double)a->x[lane], y = (double)b->y[lane] - (double)a->y[lane], z = (double)b->z[lane] - (double)a->z[lane];
+		moved = fmax(moved, sqrt((x*x + y*y + z*z) * (double)a->k[lane]));
+		wider = fmax(wider, fabs((double)(b->k[lane] / a->k[lane]) - 1));
+		for (uint32_t n = 0; n < 3; n++) {
+			const float from = before[n * BLOCKS + i / RBF_LANES].a[lane], to = amplitude[n * BLOCKS + i / RBF_LANES].a[lane];
+			if ((from > 0) != (to > 0)) fail_msg("%g %g k %g z %g", (double)from, (double)to, (double)a->k[lane], (double)a->z[lane]);
+			more = fmax(more, from > 0 ? fabs((double)(to / from) - 1) : 0);
+		}
+	}
+	print_message("moved by %.5f, kappa by %.5f, amplitudes by %.5f\n", moved, wider, more);
+	assert_true(moved > 1e-4 && moved < 1.2e-3 && wider > 1e-4 && wider < 5e-4 && more > 1e-4 && more < 5e-4);
+	memcpy(was, block, BLOCKS * sizeof *was);
+	memcpy(before, amplitude, 3 * BLOCKS * sizeof *before);
+	rbf_pack_round(&c);
+	assert_memory_equal(was, block, BLOCKS * sizeof *was);
+	assert_memory_equal(before, amplitude, 3 * BLOCKS * sizeof *before);
+	free(block);
+	free(was);
+	free(amplitude);
+	free(before);
+}
+
+static image read_image(void)
+{
+	FILE *f = fopen(path, "rb");
+	assert_non_null(f);
+	assert_int_equal(fseek(f, 0, SEEK_END), 0);
+	const long bytes = ftell(f);
+	image file = {malloc((size_t)bytes), (size_t)bytes};
+	rewind(f);
+	assert_int_equal(fread(file.at, 1, file.bytes, f), file.bytes);
+	fclose(f);
+	return file;
+}
+
+static bsdfrbf_status open_image(const image *file, uint64_t verify_bytes)
+{
+	bsdfrbf_model *model;
+	FILE *f = fopen(path, "wb");
+	assert_non_null(f);
+	assert_int_equal(fwrite(file->at, 1, file->bytes, f), file->bytes);
+	assert_int_equal(fclose(f), 0);
+	const bsdfrbf_status status = rbf_record_open(NULL, path, verify_bytes, &model);
+	if (status == BSDFRBF_OK) {
+		float value[3], out[3];
+		bsdfrbf_eval(model, (float[]){.3f, .1f, .9f}, (float[]){-.4f, .2f, .8f}, value);
+		bsdfrbf_sample(model, (float[]){.3f, .1f, .9f}, 0, .3, out);
+		bsdfrbf_close(model);
+	}
+	return status;
+}
+
+static void damage_is_refused(void **state)
+{
+	(void)state;
+	bsdfrbf_model *model = random_model(&random_plans[0], 8);
+	assert_int_equal(bsdfrbf_save(NULL, model, path), BSDFRBF_OK);
+	bsdfrbf_close(model);
+	image file = read_image();
+	rbf_record_section *s = image_section(&file, 39);
+	assert_non_null(s);
+	uint64_t seed = 9;
+	int refused = 0;
+	/* a byte that is wrong is found in files of any size; where somebody made checksums right again, what is there may be anything */
+	for (int round = 0; round < 300; round++) {
+		char *at = file.at + s->offset + (size_t)(random_unit(&seed) * (double)s->bytes), kept = *at;
+		*at = (char)(kept ^ (1 << round % 8));
+		assert_int_equal(open_image(&file, round % 2 ? UINT64_MAX : 0), BSDFRBF_ERR_FORMAT);
+		image_seal(&file);
+		refused += open_image(&file, round % 2 ? UINT64_MAX : 0) != BSDFRBF_OK;
+		*at = kept;
+		image_seal(&file);
+	}
+	assert_true(refused > 0 && refused < 300);
+	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_OK);
+	/* a stream that ends early or late */
+	rbf_record_component *c = (rbf_record_component *)(file.at + image_section(&file, RBF_RECORD_COMPONENT)->offset);
+	uint32_t *packed = NULL;
+	for (int n = 0; n < RBF_NUMBERS_MAX; n++)
+		if (c->number[n] == s->bytes)
+			packed = &c->number[n];
+	assert_non_null(packed);
+	const uint64_t bytes = s->bytes;
+	for (uint64_t less = 1; less < bytes; less += 1 + less / 3) {
+		const image cut = {file.at, file.bytes};
+		*packed = (uint32_t)(bytes - less);
+		image_seal(&cut);
+		assert_int_equal(open_image(&cut, UINT64_MAX), BSDFRBF_ERR_FORMAT); /* other size than the number says */
+	}
+	*packed = (uint32_t)bytes;
+	/* more than may come out of one */
+	for (int n = 0; n < RBF_NUMBERS_MAX; n++) {
+		const uint32_t kept = c->number[n];
+		for (int way = 0; way < 4; way++) {
+			c->number[n] = way == 0 ? 1u << 28 : way == 1 ? kept + 1 : way == 2 ? kept / 2 : 0xffffffffu;
+			image_seal(&file);
+			open_image(&file, way % 2 ? UINT64_MAX : 0);
+		}
+		c->number[n] = kept;
+	}
+	image_seal(&file);
+	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_OK);
+	image_header(&file)->minor = 0; /* which had no such thing */
+	image_seal(&file);
+	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_ERR_FORMAT);
+	free(file.at);
+}
+
+static int new_path(void **state)
+{
+	(void)state;
+	strcpy(path, "/tmp/rbf-pack-XXXXXX");
+	const int file = mkstemp(path);
+	return file < 0 || close(file) != 0;
+}
+
+static int remove_path(void **state)
+{
+	(void)state;
+	return unlink(path);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {cmocka_unit_test(comes_back), cmocka_unit_test(else_is_plain), cmocka_unit_test(rounds_little),
+		cmocka_unit_test(damage_is_refused)};
+	return cmocka_run_group_tests(tests, new_path, remove_path);
+}
