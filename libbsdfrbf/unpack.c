@@ -38,9 +38,9 @@ static int32_t take_signed(bits *b, uint32_t n)
 /* An Exp-Golomb code of order 1. */
 static uint32_t take_count(bits *b)
 {
-	uint32_t zeros = 0;
-	while (zeros < 24 && !take(b, 1))
-		zeros++;
+	bits ahead = *b;
+	const uint32_t zeros = (uint32_t)__builtin_ctz(take(&ahead, 25) | 1u << 24);
+	b->at += zeros + 1;
 	return ((((1u << zeros) | take(b, zeros)) - 1) << 1) | take(b, 1);
 }
 
@@ -115,33 +115,35 @@ static void unpack_lobes(bits *b, const rbf_component *c, uint32_t exponent, uin
 	}
 }
 
-/* Which cells of the hemisphere have one group of a set. Returns 0 where there is more than all cells. */
-static int unpack_group(bits *b, uint32_t row[RBF_CULL_GRID])
+typedef struct span { uint32_t first, end; } span;
+
+/* Sets a group's bit in the masks of its cells; span[]: of the rows. Returns 0 where there is more than all cells. */
+static int unpack_group(bits *b, const span row[RBF_CULL_GRID], uint32_t group, uint64_t mask[RBF_CULL_CELLS])
 {
-	uint32_t at = 0, next = take_count(b), above = 0;
+	uint32_t at = 0, next = take_count(b), cells = 0;
 	for (uint32_t y = 0; y < RBF_CULL_GRID; y++) {
-		uint32_t first, end, change = 0;
-		rbf_cull_span(y, &first, &end);
-		for (; next < at + end - first; next += 1 + take_count(b))
-			change |= 1u << (next - at + first);
-		at += end - first;
-		row[y] = above = rbf_cull_beside(above ^ change, first, end);
+		const uint32_t end = at + row[y].end - row[y].first;
+		for (; next < end; next += 1 + take_count(b))
+			cells ^= 1u << (next - at + row[y].first);
+		at = end;
+		cells = rbf_cull_beside(cells, row[y].first, row[y].end);
+		for (uint32_t left = cells; left; left &= left - 1)
+			mask[y * RBF_CULL_GRID + (uint32_t)__builtin_ctz(left)] |= (uint64_t)1 << group;
 	}
 	return next == at;
 }
 
 static int unpack_masks(bits *b, const rbf_component *c, uint64_t *cull)
 {
+	span row[RBF_CULL_GRID];
+	for (uint32_t y = 0; y < RBF_CULL_GRID; y++)
+		rbf_cull_span(y, &row[y].first, &row[y].end);
 	for (uint32_t s = 0; s < c->sets; s++) {
 		const uint32_t groups = (uint32_t)__builtin_popcountll(rbf_cull_all(c->set[s].blocks));
 		uint64_t mask[RBF_CULL_CELLS] = {0};
-		for (uint32_t g = 0; g < groups; g++) {
-			uint32_t row[RBF_CULL_GRID];
-			if (!unpack_group(b, row) || b->at > b->count)
+		for (uint32_t g = 0; g < groups; g++)
+			if (!unpack_group(b, row, g, mask) || b->at > b->count)
 				return 0;
-			for (uint32_t cell = 0; cell < RBF_CULL_CELLS; cell++)
-				mask[cell] |= (uint64_t)(row[cell / RBF_CULL_GRID] >> cell % RBF_CULL_GRID & 1) << g;
-		}
 		for (uint32_t cell = 0; cell < RBF_CULL_CELLS && groups; cell++)
 			rbf_cull_write(cull, &c->set[s], cell, mask[cell]);
 	}
