@@ -52,10 +52,10 @@ static float halved(const rbf_neighbour *n, const float d[3])
 	const float e[3] = {n->l[0] - n->k[0], n->l[1] - n->k[1], n->l[2] - n->k[2]}, length = sqrtf(rbf_dot(e, e));
 	const float low = angle_from_sine(2 * rbf_dot(h, n->l) * h[2] - n->l[2]) - angle_from_sine(RBF_VALID_Z);
 	const float higher = length > 0 ? angle_from_sine((2 * rbf_dot(h, e) * h[2] - e[2]) / length) : INFINITY;
-	const float way = rbf_max(low, higher), g = acosf(rbf_min(rbf_max(rbf_dot(h, n->k), -1.f), 1.f));
+	const float way = rbf_max(low, higher), cosine = rbf_min(rbf_max(rbf_dot(h, n->k), -1.f), 1.f), g = acosf(cosine);
 	if (!(length > 0))
 		return INFINITY;
-	const float most = way * cosf(g), wide = g + .5f * most;
+	const float most = way * cosine, wide = g + .5f * most;
 	return way > 0 && wide < (float)(RBF_PI / 2) ? way * cosf(wide) : 0;
 }
 
