@@ -4,7 +4,7 @@
 
 A material is measured at more and more directions (goniometer -incidences, -samples) and built with one thread. Then these
 models are fitted, by relative non-negative least squares, N incidences of S samples and L lobes:
-  seconds = d + N (a + b S + c L),  bytes of memory = m + N (n + s S + l L),  bytes of the record = k + N (r + q L)
+  seconds = d + N (a + b S + c L),  bytes of memory = m + N (n + s S + l L),  bytes of the record if it is not packed = k + N (r + q L)
 and extended to 100,000 incidences. There are three edges an incidence.
 Last, `mpirun -np 2` is compared with one process, in turn.
 """
@@ -76,7 +76,7 @@ def fit(rows, features, value):
 MODELS = {
     'seconds': ('dabc', lambda r: [1, *(r['incidences'] * f for f in (1, r['samples'], r['lobes']))], lambda r: r['total']),
     'memory': ('mnsl', lambda r: [1, *(r['incidences'] * f for f in (1, r['samples'], r['lobes']))], lambda r: r['memory']),
-    'record': ('krq', lambda r: [1, *(r['incidences'] * f for f in (1, r['lobes']))], lambda r: r['bytes']),
+    'record': ('krq', lambda r: [1, *(r['incidences'] * f for f in (1, r['lobes']))], lambda r: r['plain']),
 }
 
 
@@ -130,7 +130,7 @@ def main():
             point[name] = float(np.dot(features(point), [facts['models'][name][letter] for letter in letters]))
         facts['extended'].append(point)
         say(f'{incidences} incidences of 5000 samples, {lobes:.0f} lobes: {point["seconds"] / 60:.1f} minutes of one core, '
-            f'{1e-6 * point["memory"]:.0f} MB, a record of {1e-6 * point["record"]:.0f} MB')
+            f'{1e-6 * point["memory"]:.0f} MB, a record of {1e-6 * point["record"]:.0f} MB, unless it is packed')
     pair = ranks(options.material, 120 if options.quick else 250, 1500, 1 if options.quick else 3)
     if pair:
         facts['ranks'] = {'one': pair[0], 'two': pair[1]}

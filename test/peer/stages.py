@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """stages.py LIBRARY LOBES OUT.rbf FILES...: builds with one thread and prints as JSON the processor seconds of each stage, the memory
-that the build took at its peak (bytes, above what Python had before), and the size of the record. LOBES as -l of mkrbf, 0: automatic.
+that the build took at its peak (bytes, above what Python had before), and the size of the record, as it is and if nothing were packed. LOBES as -l of mkrbf, 0: automatic.
 Imports little, as its own memory would hide what is measured."""
 import ctypes
 import json
@@ -52,11 +52,15 @@ def main(library, lobes, output, files):
         sys.exit('stages: bsdfrbf_build_options has changed')
     options.threads, options.lobes = 1, lobes
     expect(lib.bsdfrbf_build(context, data, ctypes.byref(options), ctypes.byref(model)))
+    plain, size = 0, ctypes.c_uint64()
+    for section in range(lib.bsdfrbf_get_section(model, -1, None, None, None)):
+        lib.bsdfrbf_get_section(model, section, None, None, ctypes.byref(size))
+        plain += size.value
     enter('save')
     expect(lib.bsdfrbf_save(context, model, output.encode()))
     enter('end')
     seconds.pop('done', None)
-    print(json.dumps({'seconds': seconds, 'memory': peak() - before, 'bytes': os.path.getsize(output)}))
+    print(json.dumps({'seconds': seconds, 'memory': peak() - before, 'bytes': os.path.getsize(output), 'plain': plain}))
 
 
 if __name__ == '__main__':
