@@ -91,6 +91,27 @@ void rbf_neighbours_free(rbf_neighbours *n)
 	free(n->of);
 }
 
+/* A pair that two elements share is there once, with the larger twist: that angle is the lower one. */
+static void take_once(rbf_neighbours *n, uint32_t bases)
+{
+	uint32_t kept = 0;
+	for (uint32_t b = 0; b < bases; b++) {
+		const uint32_t begin = kept, from = n->first[b];
+		n->first[b] = begin;
+		for (uint32_t i = from; i < n->first[b + 1]; i++) {
+			const rbf_neighbour next = n->of[i];
+			uint32_t at = begin;
+			while (at < kept && (n->of[at].op != next.op || memcmp(n->of[at].k, next.k, sizeof next.k) || memcmp(n->of[at].l, next.l, sizeof next.l)))
+				at++;
+			const float twist = at < kept ? rbf_max(n->of[at].twist, next.twist) : next.twist;
+			n->of[at] = next;
+			n->of[at].twist = twist;
+			kept += at == kept;
+		}
+	}
+	n->first[bases] = kept;
+}
+
 int rbf_neighbours_find(const rbf_mesh *mesh, rbf_neighbours *n)
 {
 	const int chain = mesh->symmetry == RBF_ISOTROPIC;
@@ -125,5 +146,6 @@ int rbf_neighbours_find(const rbf_mesh *mesh, rbf_neighbours *n)
 	/* first[base + 1] went down to where the base begins */
 	memmove(n->first, n->first + 1, mesh->bases * sizeof *n->first);
 	n->first[mesh->bases] = all;
+	take_once(n, mesh->bases);
 	return 0;
 }

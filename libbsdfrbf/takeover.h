@@ -16,7 +16,7 @@ typedef struct rbf_neighbour {
  * INFINITY: nowhere. No site need be known: what is seen from k and l differs by what moves from k to l. */
 float rbf_takeover_angle(const rbf_neighbour *n, unsigned map, const rbf_linear *linear, const float centre[3]);
 
-/* All that a base's vertices have in the mesh, corners of the same element or ends of the same border: those of base b are of[first[b]] to
+/* All that a base's vertices have in the mesh, corners of the same element or ends of the same border, each once: those of base b are of[first[b]] to
  * of[first[b + 1] - 1]. */
 typedef struct rbf_neighbours {
 	uint32_t *first;

@@ -221,6 +221,53 @@ static void where_corners_take_over(void **state)
 	}
 }
 
+/* Each pair of vertices that corners of an element, or ends of a border, are is there once, with the larger twist. */
+static void neighbours_are_there_once(void **state)
+{
+	(void)state;
+	double direction[3 * 40];
+	uint32_t bases = 0, pairs = 0, shared = 0;
+	for (int t = 0; t < 4; t++)
+		for (int a = 0; a < (t ? 7 : 1); a++)
+			polar(22 * t, 30 * a, direction + 3 * bases++);
+	rbf_mesh mesh;
+	rbf_neighbours near;
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	assert_int_equal(rbf_mesh_build(context, RBF_BILATERAL_Y, bases, direction, NULL, &mesh), BSDFRBF_OK);
+	assert_int_equal(rbf_neighbours_find(&mesh, &near), 0);
+	assert_int_equal(near.first[0], 0);
+	for (uint32_t b = 0; b < bases; b++)
+		for (uint32_t i = near.first[b]; i < near.first[b + 1]; i++) {
+			uint32_t met = 0;
+			const rbf_neighbour *n = &near.of[i];
+			for (uint32_t j = near.first[b]; j < i; j++)
+				assert_false(near.of[j].op == n->op && !memcmp(near.of[j].k, n->k, sizeof n->k) && !memcmp(near.of[j].l, n->l, sizeof n->l));
+			for (uint32_t e = 0; e < mesh.elements; e++)
+				for (int k = 0; k < 3; k++)
+					for (int l = 0; l < 3; l++) {
+						const rbf_vertex *v = &mesh.vertex[mesh.element[e].v[k]], *w = &mesh.vertex[mesh.element[e].v[l]];
+						if (k == l || v->base != b || v->op != n->op || memcmp(v->direction, n->k, sizeof n->k) || memcmp(w->direction, n->l, sizeof n->l))
+							continue;
+						const rbf_vertex *third = &mesh.vertex[mesh.element[e].v[3 - k - l]];
+						float x[3], y[3], across[3];
+						for (int m = 0; m < 3; m++) {
+							x[m] = n->l[m] - n->k[m];
+							y[m] = third->direction[m] - n->k[m];
+						}
+						rbf_cross(x, y, across);
+						assert_true(n->twist >= .5f * sqrtf(rbf_dot(across, across))); /* area of the triangle */
+						met++;
+					}
+			pairs += met;
+			shared += met == 2;
+		}
+	assert_int_equal(pairs, 6 * mesh.elements); /* none is missing */
+	assert_true(shared > mesh.elements);
+	rbf_neighbours_free(&near);
+	rbf_mesh_free(&mesh);
+	bsdfrbf_context_free(context);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -229,6 +276,7 @@ int main(void)
 		cmocka_unit_test(factor_is_value_times_solid_angle),
 		cmocka_unit_test(bound_holds),
 		cmocka_unit_test(where_corners_take_over),
+		cmocka_unit_test(neighbours_are_there_once),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
