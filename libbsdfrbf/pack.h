@@ -9,15 +9,16 @@
  *   dhr      nodes of elements, 20 bits each: those of a float without its sign and the last 11. Lines of borders: 1 bit, whether it is the
  *            line before once more, else its nodes. Likewise numbers of the trend, if there is one (1 bit), of 32 bits
  *   header   9 bits: smallest exponent of amplitudes; 1 bit: whether there are masks; 1 bit: whether a centre is beyond 1 along an axis
- *   lobes    lane by lane, block by block. 15 bits: kappa in [2^-6, 2^26), 10 bits of its fraction; 0: an unused lane, of which nothing follows.
+ *   lobes    lane by lane, block by block. 15 bits: kappa in [2^-6, 2^26), 10 bits of its fraction; 0: an unused lane, that ends
+ *            here.
  *            Centre over the equal-area disc of the sphere (x, y) = d (1 + z)^(-1/2), two numbers, in steps of at most 1/1024 of the
  *            lobe's spread (but not below 2^-22), with a sign. 16 bits for each channel: amplitude, 10 bits of its fraction; 0: none.
- *   masks    set by set, for each group of blocks its cells (RBF_CULL_GRID rows; of those that reach into the disc), exclusive or with the row
- *            above: counts of those that are 0 before the next 1, and in the end before the last cell is past
+ *   masks    set by set, for each group of blocks its cells (RBF_CULL_GRID rows; those that reach into the disc), exclusive or with
+ *            the row above: counts of those that are 0 before the next 1, and in the end before the last cell is past
  * Counts are Exp-Golomb codes of order 1.
  *
- * Lobes are rounded to that when a model is made (rbf_pack_round()), by half a thousandth of their amplitude and a thousandth of their spread
- * at most, and DHR by an eighth of a thousandth; what would not come back bit by bit is not packed.
+ * Lobes are rounded to that when a model is made (rbf_pack_round()), by half a thousandth of their amplitude and a thousandth of their
+ * spread at most, and DHR by an eighth of a thousandth; what would not come back bit by bit is not packed.
  */
 #ifndef RBF_PACK_H
 #define RBF_PACK_H
@@ -59,7 +60,8 @@ static inline float rbf_pack_float(uint32_t upper)
 }
 
 /* A lobe from its codes; exponent: the header's. */
-static inline void rbf_pack_decode(const rbf_packed_lobe *from, uint32_t exponent, uint32_t channels, float centre[3], float *kappa, float amplitude[3])
+static inline void rbf_pack_decode(const rbf_packed_lobe *from, uint32_t exponent, uint32_t channels, float centre[3], float *kappa,
+	float amplitude[3])
 {
 	const double step = 1. / (double)(1u << rbf_pack_steps(from->kappa)), u = from->at[0] * step, v = from->at[1] * step;
 	const double r2 = u*u + v*v, along = sqrt(r2 < 2 ? 2 - r2 : 0);
