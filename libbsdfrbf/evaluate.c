@@ -1,29 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "bounds.h"
+#include "cells.h"
 #include "clones.h"
 #include "evaluate.h"
 #include "extent.h"
-#include "shares.h"
 
 #include <string.h>
 
-/* Cells of culling masks (as by rbf_disc_from_direction(), whose result does not matter below the horizon). */
-static inline __attribute__((always_inline)) rbf_lane_mask cells_at(const rbf_lanes d[3])
+/* Culling mask for a set, index s. below: -1 below the horizon, where everything counts, else 0: no branch, as it cannot be foreseen. */
+static inline uint64_t groups_at(const uint64_t *packed, const uint64_t *wide, size_t s, const rbf_set *set, uint32_t cell, int32_t below)
 {
-	const rbf_lanes scale = (RBF_CULL_GRID * .5f) / rbf_lanes_sqrt(1 + rbf_lanes_abs(d[2]));
-	rbf_lanes t[2];
-	for (int n = 0; n < 2; n++) /* may be not a number */
-		t[n] = rbf_lanes_min(rbf_lanes_max(d[n] * scale + RBF_CULL_GRID * .5f, rbf_lanes_all(0)), rbf_lanes_all(RBF_CULL_GRID - .5f));
-	return __builtin_convertvector(t[1], rbf_lane_mask) * RBF_CULL_GRID + __builtin_convertvector(t[0], rbf_lane_mask);
-}
-
-/* Culling mask for a set, index s. Below the horizon everything counts. */
-static inline uint64_t groups_at(const uint64_t *packed, const uint64_t *wide, size_t s, const rbf_set *set, uint32_t cell, int above)
-{
-	static const uint64_t everything = ~(uint64_t)0; /* from any bit at which a mask begins */
-	rbf_cull_mask mask = rbf_cull_at(packed, wide, s, set, cell);
-	mask.at = above ? mask.at : (const char *)&everything;
-	return rbf_cull_read(mask) & rbf_cull_all(set->blocks);
+	return (rbf_cull_read(rbf_cull_at(packed, wide, s, set, cell)) | (uint64_t)(int64_t)below) & rbf_cull_all(set->blocks);
 }
 
 /* The same without masks, while a model is made. moves: whether the set's lobes do. */
@@ -42,22 +29,25 @@ static inline __attribute__((always_inline)) uint32_t add_jobs(const rbf_site *s
 	const uint64_t *packed = c->cull, *wide = usual ? NULL : c->cull_wide;
 	const rbf_set *first[3];
 	uint32_t jobs = 0, most = 0;
+	const rbf_lanes from[3] = {rbf_lanes_all(site->incident[0]), rbf_lanes_all(site->incident[1]), rbf_lanes_all(site->incident[2])};
+	const rbf_lanes to[3] = {rbf_lanes_load(site->direction[0]), rbf_lanes_load(site->direction[1]), rbf_lanes_load(site->direction[2])};
+	const rbf_lanes at[3] = {rbf_lanes_all(exitant[0]), rbf_lanes_all(exitant[1]), rbf_lanes_all(exitant[2])};
 	for (uint32_t k = 0; k < site->corners; k++)
 		first[k] = c->set + (size_t)site->base[k] * c->frames;
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_lanes d[3];
-		const rbf_lanes factor = rbf_fan_forward(&site->fan[f], site->incident, site->direction, exitant, d);
+		const rbf_lanes factor = rbf_fan_forward(&site->fan[f], from, to, at, d);
 		const rbf_lanes weight = rbf_lanes_load(site->part) * rbf_shares_at(site, f, d[2]) * factor;
 		d[0] *= rbf_lanes_load(site->flip[0]);
 		d[1] *= rbf_lanes_load(site->flip[1]);
-		const rbf_lane_mask cell = cells_at(d);
+		const rbf_lane_mask cell = rbf_cells_at(d), below = ~(d[2] > 0);
 		for (uint32_t k = 0; k < site->corners; k++) {
 			const rbf_set *set = rbf_bound_to(c, first[k] + f);
-			const float w = weight[k], to[3] = {d[0][k], d[1][k], d[2][k]};
+			const float w = weight[k], there[3] = {d[0][k], d[1][k], d[2][k]};
 			rbf_kernel_job *j = &job[jobs];
-			*j = (rbf_kernel_job){{to[0], to[1], to[2]}, w,
-				usual || packed || wide ? groups_at(packed, wide, (size_t)(first[k] - c->set) + f, set, (uint32_t)cell[k], to[2] > 0)
-				: groups_near(c, set, to, site->moves), set->first, set->blocks, NULL, 0};
+			*j = (rbf_kernel_job){{there[0], there[1], there[2]}, w,
+				usual || packed || wide ? groups_at(packed, wide, (size_t)(first[k] - c->set) + f, set, (uint32_t)cell[k], below[k])
+				: groups_near(c, set, there, site->moves), set->first, set->blocks, NULL, 0};
 			if (!usual && site->moves && (site->motion[k].shift[0] || site->motion[k].shift[1])) {
 				j->motion = &site->motion[k];
 				j->start = set->first - first[k]->first;
@@ -179,10 +169,37 @@ int rbf_query_pair(const bsdfrbf_model *model, const float incident[3], const fl
 	return 1;
 }
 
-/* Pairs one after the other: the processor overlaps them better than any order of steps for several at once (measured on Zen 4).
- * lambertian: how much of the Lambertian DHR joins. */
+static void clear(const bsdfrbf_model *model, float *value)
+{
+	for (uint32_t n = 0; n < model->channels; n++)
+		value[n] = 0;
+}
+
+/* f at a site, and so much of the Lambertian DHR. */
+static inline void eval_at(const rbf_site *site, const float exitant[3], float lambertian, float *value)
+{
+	const rbf_component *c = site->component;
+	float v[3];
+	rbf_site_eval(site, exitant, v);
+	for (uint32_t n = 0; n < c->channels; n++)
+		value[n] = v[n] + lambertian * c->lambertian[n];
+}
+
+static inline void eval_pair(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float lambertian, float *value)
+{
+	rbf_query q;
+	rbf_site site;
+	if (!rbf_query_pair(model, incident, outgoing, &q)) {
+		clear(model, value);
+		return;
+	}
+	rbf_site_locate(q.component, q.incident, &site);
+	eval_at(&site, q.exitant, lambertian, value);
+}
+
+/* At one incidence, or few: a site answers as long as it is the same. step: from one incidence to the next. */
 static inline void eval_list(const bsdfrbf_model *model, size_t count, const float *incident, size_t step, const float *outgoing,
-	float lambertian, float *values)
+	float *values)
 {
 	const float *last = NULL;
 	rbf_site site;
@@ -190,11 +207,9 @@ static inline void eval_list(const bsdfrbf_model *model, size_t count, const flo
 	for (size_t n = 0; n < count; n++) {
 		const float *in = incident + step * n;
 		float *value = values + n * model->channels;
-		float scatter[3];
 		rbf_query q;
 		if (!rbf_query_pair(model, in, outgoing + 3 * n, &q)) {
-			for (uint32_t k = 0; k < model->channels; k++)
-				value[k] = 0;
+			clear(model, value);
 			continue;
 		}
 		if (!known || q.component != site.component || (in != last && memcmp(in, last, 3 * sizeof *in))) {
@@ -202,28 +217,26 @@ static inline void eval_list(const bsdfrbf_model *model, size_t count, const flo
 			known = !q.swapped;
 			last = in;
 		}
-		rbf_site_eval(&site, q.exitant, scatter);
-		for (uint32_t k = 0; k < model->channels; k++)
-			value[k] = scatter[k] + lambertian * q.component->lambertian[k];
+		eval_at(&site, q.exitant, (float)(1 / RBF_PI), value);
 	}
 }
 
 void bsdfrbf_eval(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
 {
-	eval_list(model, 1, incident, 0, outgoing, (float)(1 / RBF_PI), value);
+	eval_pair(model, incident, outgoing, (float)(1 / RBF_PI), value);
 }
 
 void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
 {
-	eval_list(model, 1, incident, 0, outgoing, 0, value);
+	eval_pair(model, incident, outgoing, 0, value);
 }
 
 void bsdfrbf_eval_many(const bsdfrbf_model *model, size_t count, const float *incident, const float *outgoing, float *values)
 {
-	eval_list(model, count, incident, 3, outgoing, (float)(1 / RBF_PI), values);
+	eval_list(model, count, incident, 3, outgoing, values);
 }
 
 void bsdfrbf_eval_exitant(const bsdfrbf_model *model, const float incident[3], size_t count, const float *outgoing, float *values)
 {
-	eval_list(model, count, incident, 0, outgoing, (float)(1 / RBF_PI), values);
+	eval_list(model, count, incident, 0, outgoing, values);
 }

@@ -4,6 +4,11 @@
 #define RBF_EVALUATE_H
 #include "fan.h"
 #include "kernel.h"
+#include "shares.h"
+
+#if RBF_ABREAST != 1
+#error "a site has four lanes"
+#endif
 
 /* Exitant directions closer to the horizon than this z have their value limited, so that f stays finite. */
 #define RBF_HORIZON_Z 0.01f
@@ -41,6 +46,10 @@ void rbf_site_find(const rbf_site *site, rbf_spot *at);
 void rbf_site_settle(rbf_site *site, const rbf_spot *at);
 void rbf_site_limit(rbf_site *site, const rbf_spot *at); /* the scale */
 
+/* Members of a site that is not made: tune (of a component that has it), and scale at a folded incident direction. */
+float rbf_site_tune(const rbf_component *component, const rbf_spot *at);
+float rbf_site_scale(const rbf_component *component, const rbf_spot *at, const float incident[3]);
+
 /* The same at a given place of the mesh: item and weights as rbf_mesh_locate() gives them, and an incident direction that is not folded
  * and need not be the one of the weights. What lies outside the mesh is not limited. */
 void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site);
@@ -71,6 +80,12 @@ static inline void rbf_site_unfold(const rbf_site *site, const float folded[3], 
 static inline void rbf_site_warp(const rbf_site *site, uint32_t corner, uint32_t frame, rbf_warp *warp)
 {
 	rbf_fan_warp(&site->fan[frame], site->incident, site->direction, corner, warp);
+}
+
+/* Shares of the corners whose mapped directions have these z. */
+static inline __attribute__((always_inline)) rbf_lanes rbf_shares_at(const rbf_site *site, uint32_t frame, rbf_lanes z)
+{
+	return rbf_shares(site->fan[frame].limit, rbf_lanes_load(site->weight), z);
 }
 
 /* DSF without the Lambertian part at a folded exitant direction (z > 0), before the limit at the horizon. */

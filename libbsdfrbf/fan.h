@@ -6,7 +6,7 @@
 #include "lanes.h"
 #include "map.h"
 
-#define RBF_FAN 4
+#define RBF_FAN RBF_WIDTH
 
 /* Members as in rbf_warp, those that its kind needs. */
 typedef struct rbf_fan {
@@ -47,16 +47,21 @@ static inline __attribute__((always_inline)) void rbf_fan_beam(unsigned map, con
 	e[2] = rbf_lanes_sqrt(1 - e[0]*e[0] - e[1]*e[1]);
 }
 
-/* As rbf_warp_set(). */
-static inline __attribute__((always_inline)) void rbf_fan_set(rbf_fan *fan, unsigned map, const rbf_linear *linear, const float i[3],
-	const float k[3][RBF_FAN])
+/* What a half map multiplies by at each corner, before rbf_facet_gain(). */
+static inline __attribute__((always_inline)) rbf_lanes rbf_half_gain(const rbf_lanes i[3], const rbf_lanes to[3])
 {
-	const rbf_lanes one = rbf_lanes_all(1), to[3] = {rbf_lanes_load(k[0]), rbf_lanes_load(k[1]), rbf_lanes_load(k[2])};
-	rbf_lanes b[3], cosine = one, gain = one, sine = rbf_lanes_all(0), most = one;
-	float a[3];
+	return to[2] * (1 / rbf_lanes_max(i[2], rbf_lanes_all(0.01f)));
+}
+
+/* As rbf_warp_set(). */
+static inline __attribute__((always_inline)) void rbf_fan_set(rbf_fan *fan, unsigned map, const rbf_linear *linear, const rbf_lanes i[3],
+	const rbf_lanes to[3])
+{
+	const rbf_lanes one = rbf_lanes_all(1);
+	rbf_lanes a[3], b[3], cosine = one, gain = one, sine = rbf_lanes_all(0), most = one;
 	fan->kind = rbf_map_get(map)->kind;
 	if (fan->kind == RBF_KIND_TURN) {
-		rbf_map_source(map, linear, i, a);
+		rbf_fan_beam(map, linear, i, a);
 		rbf_fan_beam(map, linear, to, b);
 		const rbf_lanes x = a[1]*b[2] - a[2]*b[1], y = a[2]*b[0] - a[0]*b[2], z = a[0]*b[1] - a[1]*b[0];
 		cosine = a[0]*b[0] + a[1]*b[1] + a[2]*b[2];
@@ -71,13 +76,13 @@ static inline __attribute__((always_inline)) void rbf_fan_set(rbf_fan *fan, unsi
 		rbf_lanes_store(fan->m[7], ty*z + x);
 		rbf_lanes_store(fan->m[8], cosine + tz*z);
 	} else if (fan->kind == RBF_KIND_SHIFT) {
-		rbf_map_source(map, linear, i, a);
+		rbf_fan_beam(map, linear, i, a);
 		rbf_fan_beam(map, linear, to, b);
 		rbf_lanes_store(fan->m[0], b[0] - a[0]);
 		rbf_lanes_store(fan->m[1], b[1] - a[1]);
 	} else if (fan->kind == RBF_KIND_HALF) {
 		const rbf_lanes c = i[0]*to[0] + i[1]*to[1] + i[2]*to[2];
-		gain = to[2] * (1 / rbf_max(i[2], 0.01f));
+		gain = rbf_half_gain(i, to);
 		sine = rbf_lanes_sqrt(rbf_lanes_max(1 - c*c, rbf_lanes_all(0)));
 		most = 1 + sine * RBF_SLANT_MAX;
 	}
@@ -88,8 +93,8 @@ static inline __attribute__((always_inline)) void rbf_fan_set(rbf_fan *fan, unsi
 }
 
 /* As rbf_warp_forward(): where o goes at each corner; returns the factors. */
-static inline __attribute__((always_inline)) rbf_lanes rbf_fan_forward(const rbf_fan *fan, const float i[3], const float k[3][RBF_FAN],
-	const float o[3], rbf_lanes out[3])
+static inline __attribute__((always_inline)) rbf_lanes rbf_fan_forward(const rbf_fan *fan, const rbf_lanes i[3], const rbf_lanes to[3],
+	const rbf_lanes o[3], rbf_lanes out[3])
 {
 	const float (*m)[RBF_FAN] = fan->m;
 	const rbf_lanes zero = rbf_lanes_all(0), one = rbf_lanes_all(1);
@@ -107,17 +112,17 @@ static inline __attribute__((always_inline)) rbf_lanes rbf_fan_forward(const rbf
 		return rbf_lanes_select(z2 > 0, rbf_lanes_min(o[2] * scale, rbf_lanes_all(RBF_SHIFT_MOST)) * (t * t), zero);
 	}
 	if (fan->kind == RBF_KIND_HALF) {
-		const float s[3] = {i[0] + o[0], i[1] + o[1], i[2] + o[2]}, q = rbf_dot(s, s), ci = rbf_dot(s, i), rest = 1 / rbf_max(ci, 1e-30f);
-		const rbf_lanes to[3] = {rbf_lanes_load(k[0]), rbf_lanes_load(k[1]), rbf_lanes_load(k[2])};
-		const rbf_lanes c = s[0]*to[0] + s[1]*to[1] + s[2]*to[2], t = c * (2 / rbf_max(q, 1e-30f)), gain = rbf_lanes_load(fan->gain);
+		const rbf_lanes s[3] = {i[0] + o[0], i[1] + o[1], i[2] + o[2]}, none = rbf_lanes_all(1e-30f), gain = rbf_lanes_load(fan->gain);
+		const rbf_lanes q = s[0]*s[0] + s[1]*s[1] + s[2]*s[2], ci = s[0]*i[0] + s[1]*i[1] + s[2]*i[2], rest = 1 / rbf_lanes_max(ci, none);
+		const rbf_lanes c = s[0]*to[0] + s[1]*to[1] + s[2]*to[2], t = c * (2 / rbf_lanes_max(q, none));
 		const rbf_lanes held = rbf_lanes_load(fan->most) * c * rest;
-		const rbf_lane_mask some = (c > 0) & (rbf_lanes_all(q) > 1e-12f);
+		const rbf_lane_mask some = (c > 0) & (q > 1e-12f);
 		for (int n = 0; n < 3; n++)
 			out[n] = rbf_lanes_select(some, t*s[n] - to[n], rbf_lanes_all(n < 2 ? 0 : -1));
 		return rbf_lanes_select(some, gain * rbf_lanes_min(held, one), zero);
 	}
 	for (int n = 0; n < 3; n++)
-		out[n] = rbf_lanes_all(o[n]);
+		out[n] = o[n];
 	return one;
 }
 
@@ -151,9 +156,12 @@ static inline __attribute__((always_inline)) float rbf_fan_inverse(const rbf_fan
 static inline __attribute__((always_inline)) rbf_lanes rbf_fan_heights(const rbf_fan *fan, const float i[3], const float k[3][RBF_FAN],
 	uint32_t lane, const float p[3], const float o[3])
 {
-	rbf_lanes out[3];
 	if (fan->kind != RBF_KIND_HALF) {
-		rbf_fan_forward(fan, i, k, o, out);
+		const rbf_lanes from[3] = {rbf_lanes_all(i[0]), rbf_lanes_all(i[1]), rbf_lanes_all(i[2])};
+		const rbf_lanes to[3] = {rbf_lanes_load(k[0]), rbf_lanes_load(k[1]), rbf_lanes_load(k[2])};
+		const rbf_lanes at[3] = {rbf_lanes_all(o[0]), rbf_lanes_all(o[1]), rbf_lanes_all(o[2])};
+		rbf_lanes out[3];
+		rbf_fan_forward(fan, from, to, at, out);
 		return out[2];
 	}
 	const float s[3] = {k[0][lane] + p[0], k[1][lane] + p[1], k[2][lane] + p[2]}, t = 2 * s[2] / rbf_max(rbf_dot(s, s), 1e-30f);

@@ -4,6 +4,7 @@
 #include "clones.h"
 #include "dhr.h"
 #include "dhr_grid.h"
+#include "evaluate.h"
 #include "even.h"
 
 #include <string.h>
@@ -11,29 +12,31 @@
 /* One component of the corners' directions, in lanes; those without a corner are as the last one. */
 #define IN_LANES(member) (rbf_lanes){corner[0]->member, corner[1]->member, corner[2]->member, corner[2]->member}
 
-/* Facets without shadows send out as 1/cos of the incidence, real surfaces less so: at most the same everywhere. The corners' weights,
- * whose sum is even for the one, are taken half way to those that are even for the other. */
-static inline __attribute__((always_inline)) rbf_lanes facet_gain(const rbf_site *site, const rbf_fan *half)
+/* One of a site's vectors, alike in all lanes; or of its corners. */
+#define ALIKE(v) {rbf_lanes_all((v)[0]), rbf_lanes_all((v)[1]), rbf_lanes_all((v)[2])}
+#define LOADED(v) {rbf_lanes_load((v)[0]), rbf_lanes_load((v)[1]), rbf_lanes_load((v)[2])}
+
+/* The site's fans are set. level: of each corner, the last one's again where there is none. */
+static inline __attribute__((always_inline)) void even_parts(rbf_site *site, uint32_t even, const rbf_level *const level[3], int outside)
 {
-	const rbf_lanes gain = rbf_lanes_load(half->gain);
-	const rbf_lanes total = rbf_lanes_sum(rbf_lanes_load(site->weight) * gain);
-	return gain / rbf_lanes_sqrt(rbf_lanes_max(total, rbf_lanes_all(1e-30f)));
+	const rbf_level *const of[RBF_WIDTH] = {level[0], level[1], level[2], level[2]};
+	const rbf_lanes weight = rbf_lanes_load(site->weight), flip[2] = {rbf_lanes_load(site->flip[0]), rbf_lanes_load(site->flip[1])};
+	const rbf_lanes direction[3] = LOADED(site->direction), incident[3] = ALIKE(site->incident);
+	rbf_lanes at[3], gain = rbf_lanes_all(0);
+	int half = 0;
+	for (uint32_t f = 0; f < site->component->frames; f++)
+		if (site->fan[f].kind == RBF_KIND_HALF) {
+			half = 1;
+			gain = rbf_lanes_load(site->fan[f].gain);
+		}
+	if (outside)
+		rbf_nearest(weight, direction, at);
+	rbf_lanes_store(site->part, rbf_even_parts(even, of, weight, flip, half ? &gain : NULL, incident, outside ? at : incident));
 }
 
-RBF_CLONES static void even_alone(rbf_site *site, uint32_t even, const rbf_level *const level[3], const float at[3])
+RBF_CLONES static void even_alone(rbf_site *site, uint32_t even, const rbf_level *const level[3])
 {
-	rbf_even_levels(site, even, level, at);
-}
-
-/* The point of the mesh that the weights say. */
-static void nearest(const rbf_site *site, float at[3])
-{
-	for (int n = 0; n < 3; n++) {
-		at[n] = 0;
-		for (uint32_t k = 0; k < site->corners; k++)
-			at[n] += site->weight[k] * site->direction[n][k];
-	}
-	rbf_normalize(at);
+	even_parts(site, even, level, 1);
 }
 
 void rbf_site_even(rbf_site *site, uint32_t even, const rbf_level level[3])
@@ -42,9 +45,7 @@ void rbf_site_even(rbf_site *site, uint32_t even, const rbf_level level[3])
 		return;
 	const uint32_t last = site->corners - 1;
 	const rbf_level *const of[3] = {&level[0], &level[last < 1 ? last : 1], &level[last]};
-	float at[3];
-	nearest(site, at);
-	even_alone(site, even, of, at);
+	even_alone(site, even, of);
 }
 
 RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const vertex[3], const float weight[3], int outside)
@@ -74,22 +75,20 @@ RBF_CLONES static void set_corners(rbf_site *site, const rbf_vertex *const verte
 	const rbf_lane_mask op = {(int32_t)corner[0]->op, (int32_t)corner[1]->op, (int32_t)corner[2]->op, (int32_t)corner[2]->op};
 	rbf_lanes_store(site->flip[0], __builtin_convertvector(1 - 2 * (op & 1), rbf_lanes));
 	rbf_lanes_store(site->flip[1], __builtin_convertvector(1 - (op & 2), rbf_lanes));
+	const rbf_lanes from[3] = ALIKE(site->incident), to[3] = LOADED(site->direction);
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_fan *fan = &site->fan[f];
-		rbf_fan_set(fan, c->frame[f], rbf_frame_linear(c, f), site->incident, (const float (*)[RBF_FAN])site->direction);
+		rbf_fan_set(fan, c->frame[f], rbf_frame_linear(c, f), from, to);
 		fan->limit = rbf_frame_limit(c, f);
 		if (fan->kind == RBF_KIND_HALF)
-			rbf_lanes_store(fan->gain, facet_gain(site, fan));
+			rbf_lanes_store(fan->gain, rbf_facet_gain(rbf_lanes_load(site->weight), rbf_lanes_load(fan->gain)));
 	}
 	if (!c->level) {
 		rbf_lanes_store(site->part, rbf_lanes_load(site->weight));
 		return;
 	}
 	const rbf_level *const level[3] = {&c->level[site->base[0]], &c->level[site->base[k > 1]], &c->level[site->base[k - 1]]};
-	float border[3];
-	if (outside)
-		nearest(site, border);
-	rbf_even_levels(site, c->even, level, outside ? border : site->incident);
+	even_parts(site, c->even, level, outside);
 }
 
 /* An incident direction that is folded already. */
@@ -177,37 +176,40 @@ static void set_shifts(rbf_site *site, uint32_t e, const uint32_t corner[3], con
 	}
 }
 
-static void set_tune(rbf_site *site, uint32_t item, const float w[3])
+float rbf_site_tune(const rbf_component *c, const rbf_spot *at)
 {
-	const rbf_mesh *mesh = &site->component->mesh;
-	const uint32_t border = item & RBF_MESH_BORDER;
-	const float *t = site->component->tune + RBF_TUNE * (border ? mesh->elements + (size_t)(item & ~RBF_MESH_BORDER) : item);
-	site->tune = 1 + 4 * w[0] * w[1] * t[0];
+	const uint32_t border = at->item & RBF_MESH_BORDER;
+	const float *t = c->tune + RBF_TUNE * (border ? c->mesh.elements + (size_t)(at->item & ~RBF_MESH_BORDER) : at->item), *w = at->weight;
+	float tune = 1 + 4 * w[0] * w[1] * t[0];
 	if (!border)
-		site->tune += 4 * (w[1] * w[2] * t[1] + w[2] * w[0] * t[2]) + w[0] * w[1] * w[2] * t[3];
-	site->tune = rbf_max(site->tune, 0);
-	rbf_lanes_store(site->part, rbf_lanes_load(site->part) * site->tune);
+		tune += 4 * (w[1] * w[2] * t[1] + w[2] * w[0] * t[2]) + w[0] * w[1] * w[2] * t[3];
+	return rbf_max(tune, 0);
 }
 
 /* Corners and motion of a site whose incident direction is set. */
-static void set_place(rbf_site *site, uint32_t item, const float weight[3])
+static void set_place(rbf_site *site, const rbf_spot *at)
 {
+	const uint32_t item = at->item;
+	const float *weight = at->weight;
 	const rbf_component *component = site->component;
 	const rbf_mesh *mesh = &component->mesh;
 	uint32_t corner[3];
 	rbf_bound_corners(mesh, item, corner);
 	const rbf_vertex *const vertex[3] = {&mesh->vertex[corner[0]], &mesh->vertex[corner[1]], &mesh->vertex[corner[2]]};
 	set_corners(site, vertex, weight, (item & RBF_MESH_BORDER) != 0);
-	if (component->tune)
-		set_tune(site, item, weight);
+	if (component->tune) {
+		site->tune = rbf_site_tune(component, at);
+		rbf_lanes_store(site->part, rbf_lanes_load(site->part) * site->tune);
+	}
 	if (component->residual)
 		set_shifts(site, item & RBF_MESH_BORDER ? mesh->border[item & ~RBF_MESH_BORDER][2] : item, corner, weight);
 }
 
 void rbf_site_place(const rbf_component *component, uint32_t item, const float weight[3], const float incident[3], rbf_site *site)
 {
+	const rbf_spot at = {item, {weight[0], weight[1], weight[2]}};
 	set_folded(component, incident, site);
-	set_place(site, item, weight);
+	set_place(site, &at);
 }
 
 void rbf_site_find(const rbf_site *site, rbf_spot *at)
@@ -218,14 +220,18 @@ void rbf_site_find(const rbf_site *site, rbf_spot *at)
 
 void rbf_site_settle(rbf_site *site, const rbf_spot *at)
 {
-	set_place(site, at->item, at->weight);
+	set_place(site, at);
+}
+
+float rbf_site_scale(const rbf_component *c, const rbf_spot *at, const float incident[3])
+{
+	float dhr[3];
+	return at->item & RBF_MESH_BORDER && c->dhr ? scale_outside(c, at->item & ~RBF_MESH_BORDER, at->weight, incident, dhr) : 1;
 }
 
 void rbf_site_limit(rbf_site *site, const rbf_spot *at)
 {
-	float dhr[3];
-	if (at->item & RBF_MESH_BORDER && site->component->dhr)
-		site->scale = scale_outside(site->component, at->item & ~RBF_MESH_BORDER, at->weight, site->incident, dhr);
+	site->scale = rbf_site_scale(site->component, at, site->incident);
 }
 
 void rbf_site_locate(const rbf_component *component, const float incident[3], rbf_site *site)
