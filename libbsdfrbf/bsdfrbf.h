@@ -251,7 +251,7 @@ BSDFRBF_API void bsdfrbf_lambertian(const bsdfrbf_model *model, bsdfrbf_componen
  * 0 where a component is missing or a vector is zero or in the surface's plane. */
 BSDFRBF_API void bsdfrbf_eval(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value);
 
-/* The same for `count` pairs (count x 3 each); values: count x channels. */
+/* The same for `count` pairs (count x 3 each), quicker than one by one; values: count x channels. */
 BSDFRBF_API void bsdfrbf_eval_many(const bsdfrbf_model *model, size_t count,
 	const float *incident, const float *outgoing, float *values);
 

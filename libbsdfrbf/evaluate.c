@@ -4,6 +4,7 @@
 #include "clones.h"
 #include "evaluate.h"
 #include "extent.h"
+#include "pairs.h"
 
 #include <string.h>
 
@@ -221,6 +222,24 @@ static inline void eval_list(const bsdfrbf_model *model, size_t count, const flo
 	}
 }
 
+/* How many pairs from the first on have its incidence. */
+static size_t alike(const float *incident, size_t count)
+{
+	size_t n = 1;
+	while (n < count && !memcmp(incident, incident + 3 * n, 3 * sizeof *incident))
+		n++;
+	return n;
+}
+
+/* How many from the first on have another one than the next, as far as they are treated at once. */
+static size_t apart(const float *incident, size_t count)
+{
+	size_t n = 0;
+	while (n < RBF_PAIRS_MOST && n < count && (n + 1 == count || memcmp(incident + 3 * n, incident + 3 * (n + 1), 3 * sizeof *incident)))
+		n++;
+	return n;
+}
+
 void bsdfrbf_eval(const bsdfrbf_model *model, const float incident[3], const float outgoing[3], float *value)
 {
 	eval_pair(model, incident, outgoing, (float)(1 / RBF_PI), value);
@@ -233,7 +252,18 @@ void bsdfrbf_eval_scatter(const bsdfrbf_model *model, const float incident[3], c
 
 void bsdfrbf_eval_many(const bsdfrbf_model *model, size_t count, const float *incident, const float *outgoing, float *values)
 {
-	eval_list(model, count, incident, 3, outgoing, values);
+	const int wide = rbf_kernel_has_avx512();
+	for (size_t n = 0, more; n < count; n += more) {
+		const float *in = incident + 3 * n, *out = outgoing + 3 * n;
+		float *value = values + n * model->channels;
+		more = wide ? apart(in, count - n) : 0;
+		if (more > 1)
+			rbf_pairs_eval(model, more, in, out, value);
+		else {
+			more = wide ? alike(in, count - n) : count;
+			eval_list(model, more, in, 3, out, value);
+		}
+	}
 }
 
 void bsdfrbf_eval_exitant(const bsdfrbf_model *model, const float incident[3], size_t count, const float *outgoing, float *values)

@@ -57,4 +57,16 @@ static inline int rbf_kernel_has_avx512(void)
 #endif
 }
 void rbf_kernel_avx512(const rbf_kernel_job *job, uint32_t jobs, const rbf_kernel_lobes *of, float sum[3]);
+
+/* The jobs of one frame of a component for four sums: corner k of sum n at place 4k + n. All sets are of at most RBF_CULL_BITS blocks. The last four
+ * places have no mask and no weight, but a first block that exists if any does. */
+#define RBF_KERNEL_SUMS 4
+typedef struct rbf_kernel_frame {
+	float direction[16][4];         /* and the weight */
+	uint64_t mask[16];
+	uint32_t first[16];
+} rbf_kernel_frame;
+
+/* Sums over all frames; of->plain is 1. Not for RBF_KERNEL_WIDTH. */
+void rbf_kernel_frames_avx512(const rbf_kernel_frame *frame, uint32_t frames, const rbf_kernel_lobes *of, float sum[RBF_KERNEL_SUMS][3]);
 #endif

@@ -238,7 +238,17 @@ static void lobes_share_blocks(void **state)
 	}
 }
 
-static bsdfrbf_model *model[2 + RANDOM_PLANS];
+/* Without motion: what is not among the random plans. */
+static const random_plan still_plans[] = {
+	{RBF_QUADRILATERAL, 5, 4, {0, 25, 50, 70, 86}, 30, 3, {RBF_MAP_RETRO, RBF_MAP_HALF, RBF_MAP_SHIFT}, 60, 10, 3000, 0, 3, 0, 0, 1, 1, 0, 1},
+	{RBF_UP, 5, 5, {0, 25, 50, 70, 84}, 45, 3, {RBF_MAP_LEARNED_SHIFT, RBF_MAP_LEARNED_TURN, RBF_MAP_FIXED}, 60, 10, 3000, 0, 1, 0, 0, 0, 0, 1.25, 1},
+	{RBF_BILATERAL_X, 5, 5, {0, 25, 50, 70, 84}, 45, 2, {RBF_MAP_MIRROR, RBF_MAP_HALF}, 60, 10, 3000, 0, 1, 0, 0, 2, 0, 0, 1},
+	{RBF_ISOTROPIC, 4, 1, {10, 30, 50, 70}, 0, 1, {RBF_MAP_MIRROR}, 560, 10, 3000, 0, 1, 0, 0, 1, 0, 0, 1}, /* more than masks have bits */
+	{RBF_ISOTROPIC, 4, 1, {10, 30, 50, 70}, 0, 1, {RBF_MAP_MIRROR}, 300, 2, 30, 0, 1, 0, 0, 1, 0, 0, 1}, /* many, of which most count */
+};
+enum { STILL_PLANS = sizeof still_plans / sizeof *still_plans, MODELS = 2 + RANDOM_PLANS + STILL_PLANS };
+
+static bsdfrbf_model *model[MODELS];
 
 static int build(void **state)
 {
@@ -247,13 +257,15 @@ static int build(void **state)
 	model[1] = fixture_build(&fixture_plan[4]);
 	for (int m = 0; m < RANDOM_PLANS; m++)
 		model[2 + m] = random_model(&random_plans[m], 3u + (uint64_t)m);
+	for (int m = 0; m < STILL_PLANS; m++)
+		model[2 + RANDOM_PLANS + m] = random_model(&still_plans[m], 50u + (uint64_t)m);
 	return 0;
 }
 
 static int clear(void **state)
 {
 	(void)state;
-	for (int m = 0; m < 2 + RANDOM_PLANS; m++)
+	for (int m = 0; m < MODELS; m++)
 		bsdfrbf_close(model[m]);
 	return 0;
 }
@@ -271,7 +283,7 @@ static void ways_to_evaluate_agree(void **state)
 {
 	(void)state;
 	enum { COUNT = 300 };
-	for (int m = 0; m < 2 + RANDOM_PLANS; m++) {
+	for (int m = 0; m < MODELS; m++) {
 		static float in[COUNT][3], out[COUNT][3], many[COUNT * 3], exitant[COUNT * 3];
 		const size_t channels = (size_t)bsdfrbf_channels(model[m]);
 		uint64_t seed = 3;
@@ -299,6 +311,42 @@ static void ways_to_evaluate_agree(void **state)
 	}
 }
 
+/* Lists of any length, in part of the same incidence, of both sides, of no direction: as one after the other. */
+static void pairs_in_one_call_agree(void **state)
+{
+	(void)state;
+	enum { MOST = 60 };
+	for (int m = 0; m < MODELS; m++) {
+		const size_t channels = (size_t)bsdfrbf_channels(model[m]);
+		uint64_t seed = 11 + (uint64_t)m;
+		for (int round = 0; round < 200; round++) {
+			float in[MOST][3], out[MOST][3], many[MOST * 3 + 1];
+			const size_t count = (size_t)(random_unit(&seed) * MOST);
+			const double again = round % 3 ? 0 : .3, none = round % 4 ? 0 : .1;
+			for (size_t n = 0; n < count; n++) {
+				unit(&seed, in[n]);
+				unit(&seed, out[n]);
+				if (n && random_unit(&seed) < again)
+					memcpy(in[n], in[n - 1], sizeof in[n]);
+				if (random_unit(&seed) < none)
+					in[n][round % 8 ? 2 : 0] = random_unit(&seed) < .5 ? 0 : NAN;
+				for (int k = 0; k < 3 && round % 5 == 0; k++)
+					out[n][k] *= 3;
+			}
+			many[count * channels] = -7;
+			bsdfrbf_eval_many(model[m], count, in[0], out[0], many);
+			assert_true(many[count * channels] == -7);
+			for (size_t n = 0; n < count; n++) {
+				float one[3];
+				bsdfrbf_eval(model[m], in[n], out[n], one);
+				for (size_t k = 0; k < channels; k++)
+					if (!(fabsf(many[n * channels + k] - one[k]) <= 3e-5f * one[k] + 1e-9f))
+						fail_msg("model %d, pair %zu of %zu: %g in one call, %g alone", m, n, count, (double)many[n * channels + k], (double)one[k]);
+			}
+		}
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -307,6 +355,7 @@ int main(void)
 		cmocka_unit_test(lobes_share_blocks),
 		cmocka_unit_test(culling),
 		cmocka_unit_test(ways_to_evaluate_agree),
+		cmocka_unit_test(pairs_in_one_call_agree),
 	};
 	return cmocka_run_group_tests(tests, build, clear);
 }

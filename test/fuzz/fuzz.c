@@ -48,6 +48,14 @@ void fuzz_look(const bsdfrbf_model *model, int checked)
 		for (int o = 0; o < DIRECTIONS; o++)
 			values(list + o * channels, channels, checked);
 	}
+	float incident[3 * DIRECTIONS][3], outgoing[3 * DIRECTIONS][3], many[3 * 3 * DIRECTIONS];
+	for (int n = 0; n < 3 * DIRECTIONS; n++)
+		for (int k = 0; k < 3; k++) {
+			incident[n][k] = direction[n % DIRECTIONS][k];
+			outgoing[n][k] = direction[(n * 7 + n / DIRECTIONS) % DIRECTIONS][k];
+		}
+	bsdfrbf_eval_many(model, 3 * DIRECTIONS, incident[0], outgoing[0], many);
+	values(many, 3 * DIRECTIONS * channels, checked);
 	for (int i = 1; i < DIRECTIONS; i += 2) {
 		const float *in = direction[i], *o = direction[(i + 3) % DIRECTIONS];
 		const bsdfrbf_component through = in[2] < 0 ? BSDFRBF_TB : BSDFRBF_TF;
