@@ -143,7 +143,8 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 	return status;
 }
 
-/* symmetry: 0, as asked for or, if `found`, by the data. Sets *found, and goes no further, if these say that the material is isotropic. */
+/* symmetry: 0, as asked for or, if `found`, by the data. Sets *found if these say that the material is isotropic, and goes no
+ * further, unless that turns out only when the component is done. */
 static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measured *all, char symmetry, double from, double to, int *found,
 	rbf_job *j, rbf_component *c)
 {
@@ -199,7 +200,8 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	if (rbf_assemble_cull(j->fitted.team, c, longest(c)) || (j->choice.tune && rbf_tune_make(&j->fitted, j->choice.tune, c))
 			|| rbf_assemble_dhr(j->fitted.team, c))
 		return rbf_out_of_memory(context);
-	return set_facts(context, j, c);
+	RBF_TRY(set_facts(context, j, c));
+	return symmetry || *found ? BSDFRBF_OK : rbf_told_alike(context, j, c, found);
 }
 
 /* The component of these measurements, with progress between two shares of the whole. */
@@ -209,12 +211,12 @@ static bsdfrbf_status build_passes(bsdfrbf_context *context, const rbf_measured 
 	const char symmetry = o->symmetry ? o->symmetry : read->isotropic ? 'I' : 0;
 	int found = 0;
 	bsdfrbf_status status = BSDFRBF_OK;
-	for (int pass = 0; pass <= found && status == BSDFRBF_OK; pass++) {
+	for (int pass = 0; pass <= !!found && status == BSDFRBF_OK; pass++) {
 		rbf_job j = {.name = rbf_component_name(component), .channels = channels, .asked = (uint32_t)o->lobes, .fitted = {.team = o->team},
 			.transmits = component == BSDFRBF_TF || component == BSDFRBF_TB};
 		rbf_component_free(c); /* of the former pass */
 		status = build_component(context, read, found ? 'I' : symmetry,
-			from + .6 * found * (to - from), to, &found, &j, c);
+			from + (found == RBF_TOLD_LATE ? .86 : .6 * found) * (to - from), to, &found, &j, c);
 		rbf_job_free(&j);
 	}
 	return status;

@@ -155,6 +155,12 @@ static double least(const tally *t)
 	return fmin(fmin(t->difference[0], t->difference[1]), t->difference[2]);
 }
 
+static float beyond_noise(const tally *t)
+{
+	const double square = least(t) * least(t) - t->noise * t->noise;
+	return t->count ? (float)(sqrt(fmax(square, 0)) / t->count) : 0;
+}
+
 /* What is compared with b: others of its ring, one by one; or those above and below it together. Returns how many. */
 static uint32_t find_partners(const rbf_fitted *m, const spot *at, uint32_t b, uint32_t *ring, partner found[OTHERS])
 {
@@ -236,14 +242,16 @@ int rbf_isotropy_of(const rbf_fitted *m, float lambertian, const float *scatter,
 		told += others.count > before;
 		sure = others.count >= SURE && least(&others) > CLEAR * fmax(others.noise, others.count * (double)enough);
 	}
-	if (!failed && !sure && told >= LEAST_TOLD && 2 * told >= asked) {
+	if (!failed && told >= LEAST_TOLD && (sure || 2 * told >= asked)) {
 		const double most = fmax(others.noise, others.count * (double)enough);
 		found->error = (float)(least(&others) / others.count);
+		found->beyond = beyond_noise(&others);
 		found->isotropic = least(&others) <= most;
 		found->folds = folds(m->bases, at);
-		if (found->isotropic && found->folds) {
+		if (!sure && found->folds) {
 			failed = ask_each(m, at, lambertian, scatter, seen, &each);
-			found->isotropic = least(&each) <= fmax(ROUND * each.noise, each.count * (double)enough);
+			found->isotropic = found->isotropic && least(&each) <= fmax(ROUND * each.noise, each.count * (double)enough);
+			found->beyond = fmaxf(found->beyond, beyond_noise(&each));
 		}
 	}
 	free(at);

@@ -8,7 +8,8 @@
 typedef struct rbf_isotropy {
 	int isotropic;
 	float error;    /* mean relative L1 between incidences and what others, turned about the normal to their azimuth, tell of them; < 0: too few
-	                 * are there to tell, or it is clear that they differ */
+	                 * are there to tell */
+	float beyond;   /* that is by so much more than noise, if it is told */
 	uint32_t folds; /* all azimuths are one, in so many parts of a turn: a material that repeats in each would look the same; 0: they are not. Then
 	                 * isotropic is only what is round as well: along the normal, or if that was not measured, by mirror images at the plane of incidence */
 } rbf_isotropy;

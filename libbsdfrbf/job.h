@@ -20,6 +20,7 @@ typedef struct rbf_job {
 	float *fit_error;
 	uint32_t *lobes;        /* places of lobes in each fit, if they are ours */
 	float *scatter;         /* error of the fits by expect.h, if they are ours */
+	float azimuths;         /* by how much other azimuths tell otherwise, turned about the normal, beyond noise (isotropy.h); < 0: not asked, or they do not tell */
 	float *guess;           /* error of what was guessed beside one plane, or NULL */
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;

@@ -2,6 +2,7 @@
 #include "symmetry_told.h"
 #include "asymmetry.h"
 #include "cross_planes.h"
+#include "expect.h"
 #include "frames.h"
 #include "images.h"
 #include "isotropy.h"
@@ -19,6 +20,7 @@ static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float OFFSET_LESS = .33f; /* of what those by the planes were off by: all are turned about the normal, not each by another angle */
 static const float ISOTROPIC = .5f; /* of the leave-one-out error */
+static const float ALIKE = .7f; /* of the error expected between incidences: half of it is meant, and incidences differ from their mean by 2/3 of what they do from each other */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
 /* What to do about data that differ from their images: the end of a sentence. */
@@ -127,11 +129,12 @@ bsdfrbf_status rbf_told_join(bsdfrbf_context *context, double progress, rbf_job 
 	return gone || j->mirrored ? rbf_job_fit(context, progress, j, c) : BSDFRBF_OK;
 }
 
-bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const rbf_job *j, const rbf_component *c, int *found)
+bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, rbf_job *j, const rbf_component *c, int *found)
 {
 	const rbf_fitted *m = &j->fitted;
 	rbf_isotropy is;
 	char repeated[100] = "";
+	j->azimuths = -1;
 	if (j->turned || j->measured.ready || !(j->choice.error > 0))
 		return BSDFRBF_OK;
 	rbf_seen *seen = NULL;
@@ -141,6 +144,7 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const rbf_job *j, co
 	free_seen(j->measured.count, seen);
 	if (failed)
 		return rbf_out_of_memory(context);
+	j->azimuths = is.error < 0 ? -1 : is.beyond;
 	if (!is.isotropic)
 		return BSDFRBF_OK;
 	if (is.folds)
@@ -148,6 +152,19 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const rbf_job *j, co
 	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by no more than %.1f %% on average%s: taken as isotropic, "
 		"not as %s; -s decides otherwise", j->name, 100 * (double)is.error, repeated, j->symmetry.text);
 	*found = 1;
+	return BSDFRBF_OK;
+}
+
+bsdfrbf_status rbf_told_alike(bsdfrbf_context *context, const rbf_job *j, const rbf_component *c, int *found)
+{
+	const rbf_symmetry is = j->symmetry.symmetry;
+	const float expected = rbf_expected_mean(c);
+	if (j->azimuths < 0 || !(j->azimuths < ALIKE * expected))
+		return BSDFRBF_OK;
+	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by %.1f %% beyond noise, less than interpolation between so few azimuths errs "
+		"(%.0f %%): taken as isotropic, not as %s; -s %c keeps that, and more azimuths would tell", j->name, 100 * (double)j->azimuths, 100 * (double)expected,
+		j->symmetry.text, is == RBF_BILATERAL_X || is == RBF_BILATERAL_Y ? 'B' : (char)is);
+	*found = RBF_TOLD_LATE;
 	return BSDFRBF_OK;
 }
 

@@ -15,7 +15,12 @@ bsdfrbf_status rbf_told_join(bsdfrbf_context *context, double progress, rbf_job 
 
 /* Sets *found if other azimuths, turned about the normal, tell as much of an incidence as noise allows, or far more than its neighbours do: then the
  * material is isotropic, whatever the azimuths say. */
-bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, const rbf_job *job, const rbf_component *component, int *found);
+bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, rbf_job *job, const rbf_component *component, int *found);
+
+enum { RBF_TOLD_LATE = 2 };
+
+/* To be asked of a component that is done: sets *found to RBF_TOLD_LATE if interpolation between its few azimuths errs by more than it would to take these as one. */
+bsdfrbf_status rbf_told_alike(bsdfrbf_context *context, const rbf_job *job, const rbf_component *component, int *found);
 
 /* What the azimuths say of the symmetry may be less than the data show: measured all round, or over half a circle. To be asked of a job that has its
  * first frames, and becomes another one, which has them, too. */

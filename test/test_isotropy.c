@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
@@ -105,9 +106,80 @@ static void what_repeats_is_not_round(void **state)
 	assert_int_equal(ask(&even, 0, 100, 1, SCATTER, NO).folds, 0);
 }
 
+/* By what azimuths differ beyond noise; where azimuths repeat, by what normal incidence does. */
+static void beyond_noise(void **state)
+{
+	(void)state;
+	const sheet even = {0}, uneven = {.share = .2, .folds = 1}, three = {.share = .3, .folds = 3};
+	const rbf_isotropy quiet = ask(&uneven, 0, 100, 0, 0, NO), noisy = ask(&uneven, 0, 100, 0, SCATTER, NO);
+	assert_true(ask(&even, 0, 100, 0, SCATTER, NO).beyond <= 0);
+	assert_true(quiet.error > 3 * SCATTER && fabsf(quiet.beyond - quiet.error) < 1e-6f * quiet.error);
+	assert_true(fabsf(noisy.beyond * noisy.beyond - (quiet.error * quiet.error - 2 * SCATTER * SCATTER)) < 1e-5f);
+	assert_true(ask(&three, 0, 120, 0, SCATTER, NO).beyond <= 0);
+	assert_true(ask(&three, 0, 120, 1, SCATTER, NO).beyond > .1f);
+}
+
+static char warning[600];
+static void keep_warning(void *user, const char *text)
+{
+	(void)user;
+	if (strstr(text, "taken as isotropic"))
+		snprintf(warning, sizeof warning, "%s", text);
+}
+
+/* Gloss of a width whose height changes with the azimuth by a share, at so many azimuths of 90 degrees: the symmetry that it is taken for. */
+static const char *taken_as(double kappa, double share, int azimuths, char symmetry)
+{
+	enum { SAMPLES = 700 };
+	static double out[SAMPLES][3], value[SAMPLES];
+	static char letter[2];
+	uint64_t seed = 3;
+	bsdfrbf_context *context = bsdfrbf_context_new();
+	bsdfrbf_data *data = bsdfrbf_data_new(context);
+	bsdfrbf_build_options options;
+	bsdfrbf_model *model;
+	bsdfrbf_component_info info;
+	*warning = 0;
+	bsdfrbf_set_warning(context, keep_warning, NULL);
+	for (int b = 0; b <= 5 * azimuths; b++) {
+		const double theta = 14 * ((b + azimuths - 1) / azimuths), phi = b ? 90. * ((b - 1) % azimuths) / (azimuths - 1) : 0;
+		double in[3], beam[3];
+		polar(theta, phi, in);
+		polar(theta, phi + 180, beam);
+		for (int i = 0; i < SAMPLES; i++) {
+			polar(acos(1 - .98 * random_unit(&seed)) / DEGREE, 360 * random_unit(&seed), out[i]);
+			const double x = out[i][0] - beam[0], y = out[i][1] - beam[1], z = out[i][2] - beam[2];
+			value[i] = (.1 + (1 + share * cos(2 * phi * DEGREE)) * exp(-.5 * kappa * (x*x + y*y + z*z))) * (.99 + .02 * random_unit(&seed));
+		}
+		assert_int_equal(bsdfrbf_data_add(context, data, in, SAMPLES, out[0], value, 1, BSDFRBF_QUANTITY_BSDF), BSDFRBF_OK);
+	}
+	bsdfrbf_build_defaults(&options);
+	options.symmetry = symmetry;
+	assert_int_equal(bsdfrbf_build(context, data, &options, &model), BSDFRBF_OK);
+	assert_int_equal(bsdfrbf_get_component_info(model, BSDFRBF_RF, &info), BSDFRBF_OK);
+	letter[0] = info.symmetry;
+	bsdfrbf_close(model);
+	bsdfrbf_data_free(data);
+	bsdfrbf_context_free(context);
+	return letter;
+}
+
+/* What changes by less than interpolation between three azimuths errs is taken as isotropic, with a word on how to keep it; not what changes more, is
+ * measured at more azimuths, or asked for. */
+static void weakly_anisotropic(void **state)
+{
+	(void)state;
+	assert_string_equal(taken_as(800, .1, 3, 0), "I");
+	assert_non_null(strstr(warning, "-s Q keeps that"));
+	assert_string_equal(taken_as(800, .8, 3, 0), "Q");
+	assert_string_equal(taken_as(800, .1, 3, 'Q'), "Q");
+	assert_string_equal(taken_as(40, .1, 5, 0), "Q");
+	assert_string_equal(warning, "");
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {cmocka_unit_test(noise_is_allowed), cmocka_unit_test(polar_angles_may_differ),
-		cmocka_unit_test(what_repeats_is_not_round)};
+		cmocka_unit_test(what_repeats_is_not_round), cmocka_unit_test(beyond_noise), cmocka_unit_test(weakly_anisotropic)};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
