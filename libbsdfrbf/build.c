@@ -7,6 +7,7 @@
 #include "expect.h"
 #include "frames.h"
 #include "levels.h"
+#include "limits.h"
 #include "one_plane.h"
 #include "others.h"
 #include "repeated.h"
@@ -56,6 +57,22 @@ static bsdfrbf_status tell_left_out(bsdfrbf_context *context, const char *name, 
 	const char *before = bsdfrbf_get_text(model, key);
 	snprintf(text, sizeof text, "%s%s%s %zu samples", before, *before ? ", " : "", name, found->samples);
 	return bsdfrbf_set_text(context, model, key, text);
+}
+
+static void tell_limits(bsdfrbf_context *context, const char *name, const rbf_measured *measured, int channels)
+{
+	static const double MUCH = .02;
+	const rbf_limits found = rbf_limits_of(measured, channels);
+	double theta, phi;
+	if (found.clipped) {
+		rbf_job_angles(measured->incidence[found.first].direction, &theta, &phi);
+		rbf_warn(context, "%s: %zu samples at %zu incidences, the first at theta %.2f phi %.2f, share the highest value there is: a detector that was "
+			"saturated does this, and light is brighter there than what is recorded: measure these with less light", name, found.clipped, found.incidences,
+			theta, phi);
+	}
+	if ((double)found.lowest > MUCH * (double)found.samples)
+		rbf_warn(context, "%s: %.0f %% of the samples share the lowest value of their incidence, as where a detector's floor or coarse numbers end: light may be "
+			"fainter there than what is recorded", name, 100 * (double)found.lowest / (double)found.samples);
 }
 
 /* Frames that turn back x or y, or both, for nearly all that moves at all, are rare materials, and a common mistake. */
@@ -236,6 +253,8 @@ static bsdfrbf_status build_sound(bsdfrbf_context *context, const rbf_measured *
 	if (status == BSDFRBF_OK)
 		status = tell_left_out(context, name, all, &unread, "are zero amid steady light, here and there: they count as not read, and are left out", "unread",
 			model);
+	if (status == BSDFRBF_OK)
+		tell_limits(context, name, &read, channels);
 	if (status == BSDFRBF_OK)
 		status = build_passes(context, &read, component, channels, o, from, to, &model->component[component]);
 	rbf_faults_release(&steady, &read);
