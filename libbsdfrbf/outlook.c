@@ -51,21 +51,25 @@ static uint32_t own_images(const rbf_fitted *m, uint32_t base, const float i[3],
 	return count;
 }
 
-int rbf_outlook_make(const rbf_sources *s, uint32_t base, enum rbf_carry carry, const rbf_tree *beside, const rbf_lobes *inner, rbf_outlook *o)
+int rbf_outlook_make(const rbf_sources *s, uint32_t base, enum rbf_carry carry, const rbf_tree *beside, enum rbf_hidden hidden, const rbf_lobes *inner,
+	rbf_outlook *o)
 {
 	const rbf_fitted *m = s->fitted;
 	const uint32_t first = m->neighbour_first[base];
 	const float i[3] = {(float)m->direction[3*base], (float)m->direction[3*base + 1], (float)m->direction[3*base + 2]};
-	*o = (rbf_outlook){.of = s, .base = base, .around = m->neighbour_first[base + 1] - first, .carry = carry, .inner = inner, .beside = beside};
+	*o = (rbf_outlook){.of = s, .base = base, .around = m->neighbour_first[base + 1] - first, .carry = carry, .hidden = hidden,
+		.inner = inner, .beside = beside};
 	o->compared = malloc((2 * beside->count + 1) * sizeof *o->compared);
 	o->neighbour = malloc((o->around + IMAGES) * sizeof *o->neighbour);
 	o->near = malloc((o->around + IMAGES) * sizeof *o->near);
 	o->warp = malloc(((size_t)o->around + IMAGES) * (s->frames + 1) * sizeof *o->warp);
 	if (!o->compared || !o->neighbour || !o->near || !o->warp)
 		return -1;
-	for (uint32_t n = 0; n < o->around; n++)
-		o->neighbour[n] = m->neighbour[first + n];
-	o->around += own_images(m, base, i, o->neighbour + o->around);
+	for (uint32_t n = o->around, kept = o->around = 0; kept < n; kept++)
+		if (hidden != RBF_HIDDEN_HERE || m->neighbour[first + kept].base != base)
+			o->neighbour[o->around++] = m->neighbour[first + kept];
+	if (hidden != RBF_HIDDEN_HERE)
+		o->around += own_images(m, base, i, o->neighbour + o->around);
 	for (size_t n = 0; n < 2 * beside->count; n++)
 		o->compared[n] = -1;
 	for (uint32_t n = 0; n < o->around; n++) {
@@ -91,7 +95,7 @@ static float told(const rbf_outlook *o, uint32_t f, uint32_t n, const float p[3]
 	if (o->carry == RBF_CARRY_F && w->kind == RBF_KIND_TURN)
 		*gain *= p[2] / mapped[2];
 	rbf_mirror(o->neighbour[n].op, mapped, there);
-	return o->near[n] * rbf_seen_certainty(&o->of->seen[o->neighbour[n].base], there, o->inner != NULL);
+	return o->near[n] * rbf_seen_certainty(&o->of->seen[o->neighbour[n].base], there, o->hidden == RBF_HIDDEN_BAND);
 }
 
 /* What the incidence's own fit has of a frame. */

@@ -21,12 +21,16 @@ typedef struct rbf_sources {
 int rbf_sources_make(const rbf_fitted *fitted, const rbf_seen *seen, const rbf_choice *choice, rbf_sources *sources);
 void rbf_sources_free(rbf_sources *sources);
 
+/* What is taken to be unseen for a trial: what lies in the band, at all incidences; or some directions of this one, which its images have then not seen either. */
+enum rbf_hidden { RBF_HIDDEN_NOTHING, RBF_HIDDEN_BAND, RBF_HIDDEN_HERE };
+
 /* Of one incidence. */
 typedef struct rbf_outlook {
 	const rbf_sources *of;
 	uint32_t base, around;
 	enum rbf_carry carry;
-	const rbf_lobes *inner;          /* a fit without the samples in the band, as if the band were unseen at all incidences; NULL: it is seen */
+	enum rbf_hidden hidden;
+	const rbf_lobes *inner;          /* a fit without the samples that are hidden; NULL: nothing is */
 	const rbf_tree *beside;          /* samples that it may be compared with */
 	float *compared;                 /* [beside->count][2]: what it is there, and what is predicted; -1: not asked yet */
 	rbf_vertex *neighbour;           /* in the mesh; and the incidence's own images where symmetry has them in the same place */
@@ -36,7 +40,8 @@ typedef struct rbf_outlook {
 
 /* beside, inner: as above, to borrow. Returns 0, or -1 when out of memory, as does rbf_outlook_samples(); to be freed in any case. One thread at a time,
  * as all that follows. */
-int rbf_outlook_make(const rbf_sources *sources, uint32_t base, enum rbf_carry carry, const rbf_tree *beside, const rbf_lobes *inner, rbf_outlook *outlook);
+int rbf_outlook_make(const rbf_sources *sources, uint32_t base, enum rbf_carry carry, const rbf_tree *beside, enum rbf_hidden hidden,
+	const rbf_lobes *inner, rbf_outlook *outlook);
 void rbf_outlook_free(rbf_outlook *outlook);
 
 /* DSF in direction p without the Lambertian part, all channels, and how certain that is: from 1, as measured, down to 0: nothing is known. It is what the

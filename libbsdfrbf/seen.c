@@ -150,11 +150,16 @@ int rbf_seen_lacks(const rbf_seen *seen, const float direction[3])
 	return sample_at(seen, direction) < 0;
 }
 
+float rbf_seen_filled(const rbf_seen *seen, const float direction[3])
+{
+	const ptrdiff_t filled = place_of(&seen->filled, direction, 0);
+	return filled >= 0 ? seen->certainty[filled] : 0;
+}
+
 float rbf_seen_certainty(const rbf_seen *seen, const float direction[3], int inner)
 {
 	const ptrdiff_t own = sample_at(seen, direction);
 	if (own >= 0)
 		return !inner || !seen->band[own];
-	const ptrdiff_t filled = inner ? -1 : place_of(&seen->filled, direction, 0);
-	return filled >= 0 ? seen->certainty[filled] : 0;
+	return inner ? 0 : rbf_seen_filled(seen, direction);
 }

@@ -32,6 +32,11 @@ int rbf_seen_band(rbf_seen *seen);
 /* Directions that were filled, in place of former ones. */
 int rbf_seen_fill(rbf_seen *seen, uint32_t count, const float (*direction)[3], const float *certainty);
 
+/* How much what was filled from others that were measured there counts to what was measured. */
+#define RBF_SECOND_HAND .25f
+/* How much what was filled at a direction counts; 0: nothing was. */
+float rbf_seen_filled(const rbf_seen *seen, const float direction[3]);
+
 /* Whether a direction was measured. */
 int rbf_seen_is(const rbf_seen *seen, const float direction[3]);
 

@@ -9,8 +9,9 @@
 #include <string.h>
 
 static const float WIDE = .25f;        /* of what is within 60 degrees of the normal */
-static const float SECOND_HAND = .25f; /* how much what was filled counts to what was measured */
 static const double GAIN = .9, WORTH = 5e-4; /* filling must lower the error in the band to this share; and by this of all light */
+static const float MUCH_LESS = .1f;    /* of the hemisphere */
+static const double SHOWN = .5;        /* of the light that is hidden */
 enum { NONE = RBF_CARRIES, UNKNOWN };
 enum { BAND_MOST = 400 }; /* samples of the band that are tried */
 
@@ -132,15 +133,15 @@ const rbf_incidence *rbf_unseen_incidence(const rbf_unseen *u, size_t base)
 	return &u->with[base];
 }
 
-/* The samples outside the band. Returns 0, or -1 when out of memory. */
-static int leave_band(const rbf_seen *seen, const rbf_incidence *in, size_t channels, rbf_incidence *without)
+/* The samples that are not hidden; hidden: in the order of `seen`. Returns 0, or -1 when out of memory. */
+static int leave_hidden(const rbf_seen *seen, const uint8_t *hidden, const rbf_incidence *in, size_t channels, rbf_incidence *without)
 {
 	*without = *in;
 	without->count = 0;
 	without->outgoing = malloc((in->count + 1) * 3 * sizeof *without->outgoing);
 	without->dsf = malloc((in->count + 1) * channels * sizeof *without->dsf);
 	for (size_t i = 0; i < in->count && without->outgoing && without->dsf; i++)
-		if (!seen->band[i]) {
+		if (!hidden[i]) {
 			memcpy(without->outgoing + 3 * without->count, in->outgoing + 3 * (size_t)seen->sample[i], 3 * sizeof *without->outgoing);
 			memcpy(without->dsf + channels * without->count++, in->dsf + channels * seen->sample[i], channels * sizeof *without->dsf);
 		}
@@ -195,28 +196,49 @@ static void free_fillers(filler list[FILLERS])
 	}
 }
 
-/* Errors in the band, as a share of the incidence's light, if it were unseen: by each way, filler * RBF_CARRIES + carry, and then of a fit to the
- * other samples alone. */
-static int try_band(const filler list[], const rbf_incidence *in, uint32_t base, const float lambertian[3], uint32_t lobes, double error[WAYS + 1])
+/* What a trial tells, as shares of the incidence's light. Errors in what is hidden: by each way, filler * RBF_CARRIES + carry; of a fit to the other samples alone; and of
+ * that one where each way tells nothing, and is the same. And what light there is where it does tell, and in all that is hidden. */
+enum { ALONE = WAYS, UNTOLD, LIGHT = UNTOLD + WAYS, HIDDEN = LIGHT + WAYS, ERRORS };
+
+/* A trial: directions of an incidence that are taken to be unseen. */
+typedef struct hiding {
+	uint32_t base;
+	const rbf_seen *as;      /* where that one was not measured; NULL: the band, at all incidences */
+} hiding;
+
+/* Of each sample of an incidence, in the order of its `seen`, whether it is hidden. NULL: out of memory. */
+static uint8_t *hide(const rbf_seen *seen, const hiding *h)
+{
+	uint8_t *hidden = malloc(seen->measured.count + 1);
+	for (size_t i = 0; i < seen->measured.count && hidden; i++)
+		hidden[i] = h->as ? !rbf_seen_is(h->as, seen->measured.point[i]) : seen->band[i];
+	return hidden;
+}
+
+/* Tries all ways. Returns 0, or -1 when out of memory. */
+static int try_hidden(const filler list[], const rbf_incidence *in, const hiding *h, const float lambertian[3], uint32_t lobes, double error[ERRORS])
 {
 	const rbf_sources *s = &list[0].sources;
+	const uint32_t base = h->base;
 	const rbf_seen *seen = &s->seen[base];
 	const uint32_t channels = s->fitted->channels, y = rbf_luminance(channels);
-	rbf_incidence without;
+	const enum rbf_hidden kind = h->as ? RBF_HIDDEN_HERE : RBF_HIDDEN_BAND;
+	uint8_t *hidden = hide(seen, h);
+	rbf_incidence without = {0};
 	rbf_lobes inner = {0};
 	rbf_seen outer = {0};
 	rbf_outlook by[WAYS] = {{0}};
 	double total = 0;
 	size_t band = 0, at = 0;
-	int failed = leave_band(seen, in, channels, &without) || rbf_fit(&without, (int)channels, lambertian, lobes, 0, &inner, NULL)
+	int failed = !hidden || leave_hidden(seen, hidden, in, channels, &without) || rbf_fit(&without, (int)channels, lambertian, lobes, 0, &inner, NULL)
 		|| rbf_seen_make(&without, &outer);
 	for (int w = 0; w < WAYS && !failed; w++)
 		if (is_way(list, w))
-			failed = rbf_outlook_make(&list[w / RBF_CARRIES].sources, base, (enum rbf_carry)(w % RBF_CARRIES), &outer.measured, &inner, &by[w]);
-	for (int w = 0; w <= WAYS; w++)
+			failed = rbf_outlook_make(&list[w / RBF_CARRIES].sources, base, (enum rbf_carry)(w % RBF_CARRIES), &outer.measured, kind, &inner, &by[w]);
+	for (int w = 0; w < ERRORS; w++)
 		error[w] = 0;
-	for (size_t i = 0; i < in->count; i++)
-		band += seen->band[i];
+	for (size_t i = 0; i < in->count && hidden; i++)
+		band += hidden[i];
 	for (size_t i = 0; i < in->count && !failed; i++) {
 		const float *p = seen->measured.point[i], dsf = in->dsf[channels * (size_t)seen->sample[i] + y];
 		uint32_t index[RBF_NEAR];
@@ -224,17 +246,23 @@ static int try_band(const filler list[], const rbf_incidence *in, uint32_t base,
 		const int found = rbf_tree_nearest(&seen->measured, p, RBF_NEAR, index, distance);
 		const double area = (double)distance[found - 1]; /* up to a common factor */
 		total += area * (double)fabsf(dsf);
-		if (!seen->band[i] || at++ % (band / BAND_MOST + 1))
+		if (!hidden[i] || at++ % (band / BAND_MOST + 1))
 			continue;
+		const double here = (double)(band / BAND_MOST + 1) * area;
 		for (int w = 0; w <= WAYS; w++) {
 			if (w < WAYS && !is_way(list, w))
 				continue;
-			if (w == WAYS || !(rbf_outlook_value(&by[w], p, value) > 0))
+			const int tells = w < WAYS && rbf_outlook_value(&by[w], p, value) > 0;
+			if (!tells)
 				rbf_lobes_sum(&inner, p, value);
-			error[w] += (double)(band / BAND_MOST + 1) * area * (double)fabsf(value[y] + lambertian[y] * p[2] * (float)(1 / RBF_PI) - dsf);
+			const double off = here * (double)fabsf(value[y] + lambertian[y] * p[2] * (float)(1 / RBF_PI) - dsf);
+			error[w] += off;
+			if (w < WAYS)
+				error[(tells ? LIGHT : UNTOLD) + w] += tells ? here * (double)fabsf(dsf) : off;
 		}
+		error[HIDDEN] += here * (double)fabsf(dsf);
 	}
-	for (int w = 0; w <= WAYS && total > 0; w++)
+	for (int w = 0; w < ERRORS && total > 0; w++)
 		error[w] /= total;
 	for (int w = 0; w < WAYS; w++)
 		rbf_outlook_free(&by[w]);
@@ -242,39 +270,95 @@ static int try_band(const filler list[], const rbf_incidence *in, uint32_t base,
 	rbf_lobes_free(&inner);
 	free(without.outgoing);
 	free(without.dsf);
-	return failed;
+	free(hidden);
+	return failed ? -1 : 0;
 }
 
-/* Tries at some of the incidences that lack something, by which way to fill it. */
-static int choose_way(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chosen, const float lambertian[3], const uint32_t *lobes)
+/* Of what lies next to an incidence in the mesh, the one that was measured least, if that is much less than it was itself; else NULL. */
+static const rbf_seen *sees_less(const rbf_unseen *u, const rbf_fitted *m, uint32_t b)
 {
-	static const filler none;
-	filler list[FILLERS] = {none};
-	double error[RBF_TRIALS_MOST][WAYS + 1], mean[WAYS + 1] = {0};
+	const rbf_seen *least = NULL;
+	float most = u->seen[b].share + MUCH_LESS;
+	for (uint32_t n = m->neighbour_first[b]; n < m->neighbour_first[b + 1]; n++) {
+		const rbf_seen *other = &u->seen[m->neighbour[n].base];
+		if (other->share > most) {
+			most = other->share;
+			least = other;
+		}
+	}
+	return least;
+}
+
+/* Some of the incidences that lack something, without their bands; or some of those next to them that were measured where they were not, without that. Returns how many,
+ * or -1 when out of memory. */
+static int list_hidings(const rbf_unseen *u, const rbf_fitted *m, int others, hiding list[RBF_TRIALS_MOST])
+{
 	uint32_t *base = malloc((m->bases + 1) * sizeof *base), some = 0;
 	double *direction = malloc(3 * ((size_t)m->bases + 1) * sizeof *direction);
 	rbf_trials trials = {0};
 	for (uint32_t b = 0; b < m->bases && base && direction; b++)
-		if (u->seen[b].share > 0) {
+		if (others ? sees_less(u, m, b) != NULL : u->seen[b].share > 0) {
 			memcpy(direction + 3 * (size_t)some, m->direction + 3 * (size_t)b, 3 * sizeof *direction);
 			base[some++] = b;
 		}
-	int failed = make_fillers(m, u->seen, chosen, list) || !base || !direction || rbf_trials_make(&trials, some, direction);
-	const uint32_t count = failed ? 0 : trials.count;
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	const int failed = !base || !direction || (some && rbf_trials_make(&trials, some, direction));
+	const uint32_t count = failed || !some ? 0 : trials.count;
 	for (uint32_t t = 0; t < count; t++) {
 		const uint32_t b = base[rbf_trial_base(&trials, t)];
-		if (rbf_team_mine(m->team, t))
-			failed |= try_band(list, &u->measured->incidence[b], b, lambertian, lobes[b], error[t]);
+		list[t] = (hiding){b, others ? sees_less(u, m, b) : NULL};
 	}
 	rbf_trials_free(&trials);
 	free(base);
 	free(direction);
+	return failed ? -1 : (int)count;
+}
+
+/* Whether those around show by some way most of what is hidden. */
+static int shown(const double error[ERRORS])
+{
+	double most = 0;
+	for (int w = 0; w < WAYS; w++)
+		most = fmax(most, error[LIGHT + w]);
+	return most > SHOWN * error[HIDDEN];
+}
+
+/* Means over the bands, and over such holes: where incidences were measured that lie next to others that were not, hiding from them what these lack tells as much as all
+ * bands. */
+static void set_means(const double error[][ERRORS], uint32_t bands, uint32_t holes, double mean[ERRORS])
+{
+	uint32_t told = 0;
+	for (uint32_t t = 0; t < holes; t++)
+		told += (uint32_t)shown(error[bands + t]);
+	for (int w = 0; w < ERRORS; w++) {
+		double band = 0, hole = 0;
+		for (uint32_t t = 0; t < bands; t++)
+			band += error[t][w] / bands;
+		for (uint32_t t = 0; t < holes; t++)
+			hole += shown(error[bands + t]) ? error[bands + t][w] / told : 0;
+		mean[w] = bands && told ? .5 * (band + hole) : band + hole;
+	}
+}
+
+/* Tries by which way to fill. */
+static int choose_way(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chosen, const float lambertian[3], const uint32_t *lobes)
+{
+	static const filler none;
+	filler list[FILLERS] = {none};
+	hiding hidden[2 * RBF_TRIALS_MOST];
+	double error[2 * RBF_TRIALS_MOST][ERRORS], mean[ERRORS] = {0};
+	const int bands = list_hidings(u, m, 0, hidden), holes = bands < 0 ? -1 : list_hidings(u, m, 1, hidden + bands);
+	int failed = holes < 0 || make_fillers(m, u->seen, chosen, list);
+	const uint32_t count = failed ? 0 : (uint32_t)(bands + holes);
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (uint32_t t = 0; t < count; t++) {
+		const uint32_t b = hidden[t].base;
+		if (rbf_team_mine(m->team, t))
+			failed |= try_hidden(list, &u->measured->incidence[b], &hidden[t], lambertian, lobes[b], error[t]) != 0;
+	}
 	failed = rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, count, sizeof *error, error);
 	int best = 0;
-	for (int w = 0; w <= WAYS && !failed; w++)
-		for (uint32_t t = 0; t < count; t++)
-			mean[w] += error[t][w] / count;
+	if (!failed)
+		set_means((const double (*)[ERRORS])error, (uint32_t)bands, (uint32_t)holes, mean);
 	for (int w = 0; w < WAYS && !failed; w++)
 		if (is_way(list, w) && mean[w] < (w / RBF_CARRIES == best / RBF_CARRIES ? 1 : GAIN) * mean[best])
 			best = w;
@@ -282,7 +366,8 @@ static int choose_way(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chos
 		u->carry = best % RBF_CARRIES;
 		u->by = list[best / RBF_CARRIES].choice;
 		u->by.label = u->by.base_error = NULL;
-		if (!(mean[best] < GAIN * mean[WAYS]) || !(mean[best] < mean[WAYS] - WORTH))
+		const double same = mean[UNTOLD + best];
+		if (!(mean[best] - same < GAIN * (mean[ALONE] - same)) || !(mean[best] < mean[ALONE] - WORTH))
 			u->carry = NONE;
 	}
 	free_fillers(list);
@@ -306,12 +391,12 @@ static int make_fill(const rbf_sources *s, enum rbf_carry carry, uint32_t base, 
 	const size_t each = row_of(m);
 	rbf_outlook o;
 	float (*w)[3] = NULL;
-	int failed = rbf_outlook_make(s, base, carry, &s->seen[base].measured, NULL, &o) || rbf_outlook_samples(&o, &w, &to->count);
+	int failed = rbf_outlook_make(s, base, carry, &s->seen[base].measured, RBF_HIDDEN_NOTHING, NULL, &o) || rbf_outlook_samples(&o, &w, &to->count);
 	to->row = failed ? NULL : malloc((to->count * each + 1) * sizeof *to->row);
 	for (uint32_t i = 0; i < to->count && to->row; i++) {
 		float *row = to->row + i * each, value[3];
 		memcpy(row, w[i], sizeof *w);
-		row[each - 1] = SECOND_HAND * rbf_outlook_value(&o, w[i], value);
+		row[each - 1] = RBF_SECOND_HAND * rbf_outlook_value(&o, w[i], value);
 		for (uint32_t c = 0; c < m->channels; c++)
 			row[3 + c] = value[c] + lambertian[c] * w[i][2] * (float)(1 / RBF_PI);
 	}
