@@ -128,8 +128,11 @@ static bsdfrbf_status set_expected(bsdfrbf_context *context, const rbf_job *j, c
 		status = rbf_out_of_memory(context);
 	else if (!j->measured.ready)
 		status = rbf_expect(context, m, c, j->choice.base_error, own, expected);
-	for (uint32_t b = 0; b < m->bases; b++)
+	for (uint32_t b = 0; b < m->bases; b++) {
 		info[b].expected = j->guess ? hypotf(expected[b], j->guess[b]) : expected[b];
+		if (j->doubt)
+			info[b].expected = hypotf(info[b].expected, j->doubt[b]);
+	}
 	free(expected);
 	return status;
 }

@@ -101,6 +101,14 @@ static void tell_wide(bsdfrbf_context *context, const rbf_unseen *unseen, const 
 		"%s; measure it", j->name, wide, j->measured.count, theta, phi, j->filled ? "what the incidences around tell is a guess" : "only a smooth continuation is there");
 }
 
+/* The error that what was not measured is likely to have. Returns 0, or -1 when out of memory. */
+static int doubt(const rbf_unseen *unseen, const float lambertian[3], rbf_job *j)
+{
+	free(j->doubt);
+	j->doubt = malloc((j->fitted.bases + 1) * sizeof *j->doubt);
+	return j->doubt ? rbf_unseen_doubt(unseen, &j->fitted, lambertian, j->doubt) : -1;
+}
+
 bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, int tell, double from, double to, rbf_job *j, const rbf_component *c)
 {
 	rbf_fitted *m = &j->fitted;
@@ -120,6 +128,8 @@ bsdfrbf_status rbf_frames_fill(bsdfrbf_context *context, int tell, double from, 
 		more = round + 1 < FILL_LEAST || (round + 1 < FILL_MOST && left < FILL_MORE * former);
 		failed = fit_filled(unseen, c->lambertian, j) || rbf_label_renew(m, more ? m->candidates : RBF_MAPS_LISTED);
 	}
+	if (!failed && most > 0)
+		failed = rbf_team_failed(m->team, doubt(unseen, c->lambertian, j));
 	if (!failed && tell)
 		tell_wide(context, unseen, j);
 	rbf_unseen_end(unseen);

@@ -36,6 +36,7 @@ void rbf_job_free(rbf_job *j)
 	free(j->measured.incidence);
 	free(j->direction);
 	free(j->guess);
+	free(j->doubt);
 	free(j->scale);
 	rbf_label_release(&j->fitted);
 	rbf_left_out_free(&j->left_out);

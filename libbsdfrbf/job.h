@@ -22,6 +22,7 @@ typedef struct rbf_job {
 	float *scatter;         /* error of the fits by expect.h, if they are ours */
 	float azimuths;         /* by how much other azimuths tell otherwise, turned about the normal, beyond noise (isotropy.h); < 0: not asked, or they do not tell */
 	float *guess;           /* error of what was guessed beside one plane, or NULL */
+	float *doubt;           /* error of what was not measured (unknown.h), or NULL */
 	float held_out;         /* mean error of fits against samples left out, < 0: not measured */
 	rbf_fitted fitted;
 	float *scale;           /* of each incidence (scale.h), or NULL where all are 1 */

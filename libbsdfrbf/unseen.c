@@ -4,6 +4,7 @@
 #include "one_plane.h"
 #include "outlook.h"
 #include "trials.h"
+#include "unknown.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,7 @@ struct rbf_unseen {
 	rbf_incidence *with;     /* with what was filled; its arrays are owned where they are longer */
 	rbf_choice by;           /* frames that fill, without labels */
 	int carry;               /* rbf_carry, NONE, or UNKNOWN as long as it was not tried */
+	float risk;              /* error of what is told, as a share of its light */
 };
 
 static void forget(rbf_unseen *u, size_t b)
@@ -366,7 +368,8 @@ static int choose_way(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chos
 		u->carry = best % RBF_CARRIES;
 		u->by = list[best / RBF_CARRIES].choice;
 		u->by.label = u->by.base_error = NULL;
-		const double same = mean[UNTOLD + best];
+		const double same = mean[UNTOLD + best], light = mean[LIGHT + best];
+		u->risk = light > 0 ? (float)fmin((mean[best] - same) / light, 1) : 1;
 		if (!(mean[best] - same < GAIN * (mean[ALONE] - same)) || !(mean[best] < mean[ALONE] - WORTH))
 			u->carry = NONE;
 	}
@@ -494,5 +497,16 @@ int rbf_unseen_fill(rbf_unseen *u, const rbf_fitted *m, const rbf_choice *chosen
 	free(made);
 	rbf_sources_free(&s);
 	rbf_choice_free(&by);
+	return failed ? -1 : 0;
+}
+
+int rbf_unseen_doubt(const rbf_unseen *u, const rbf_fitted *m, const float lambertian[3], float *error)
+{
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
+		error[b] = u->seen[b].share > 0 ? rbf_unknown_error(&u->seen[b], &m->lobes[b], lambertian, u->risk) : 0;
+		failed |= error[b] < 0;
+	}
 	return failed ? -1 : 0;
 }

@@ -26,6 +26,10 @@ size_t rbf_unseen_wide(const rbf_unseen *unseen, size_t *first);
 int rbf_unseen_fill(rbf_unseen *unseen, const rbf_fitted *fitted, const rbf_choice *choice, const float lambertian[3], const uint32_t *lobes,
 	int *filled);
 
+/* The error that each incidence is likely to have where it was not measured, as a share of its light. Opens an OpenMP region. Returns 0, or -1 when
+ * out of memory. */
+int rbf_unseen_doubt(const rbf_unseen *unseen, const rbf_fitted *fitted, const float lambertian[3], float *error);
+
 /* What is still unknown within 60 degrees of the normal: the mean share. Opens an OpenMP region. */
 float rbf_unseen_left(const rbf_unseen *unseen);
 

@@ -491,6 +491,13 @@ static void sides_are_told_by_those_that_show_both(void **state)
 	bsdfrbf_close(m);
 }
 
+/* A gloss over a ground that is darker for grazing light. */
+static void over_ground(const double in[3], const double out[3], double xyz[3])
+{
+	gloss(in, out, xyz);
+	xyz[0] = xyz[1] = xyz[2] = xyz[0] + .2 * in[2] * out[2];
+}
+
 /* Normal incidence shows all azimuths, but hardly any of what is hidden from it then is shown by those around: that says nothing against filling. */
 static void what_is_hardly_shown_decides_nothing(void **state)
 {
@@ -500,6 +507,22 @@ static void what_is_hardly_shown_decides_nothing(void **state)
 	const double error = error_at(m, in_slopes, 25, 0);
 	print_message("a quarter: %.4f at 25\n", error);
 	assert_true(error < .04);
+	bsdfrbf_close(m);
+}
+
+/* What goes back was measured at no incidence but the normal one: what is said to be its error is what it is, within a factor 2. */
+static void what_is_guessed_is_doubted(void **state)
+{
+	(void)state;
+	static const plan p = {"gloss", 6, 1, {0, 15, 30, 45, 60, 75}, 0, 0, 100};
+	bsdfrbf_component_info info;
+	bsdfrbf_model *m = build_part(over_ground, AHEAD, &p);
+	assert_int_equal(bsdfrbf_get_component_info(m, BSDFRBF_RF, &info), BSDFRBF_OK);
+	double error = 0;
+	for (int n = 0; n < 8; n++)
+		error += error_at(m, over_ground, acos(1 - (n + .5) / 8 * (1 - cos(75 * DEGREE))) / DEGREE, 0) / 8;
+	print_message("ahead alone: error %.4f, expected %.4f\n", error, (double)info.expected_error);
+	assert_true((double)info.expected_error > .5 * error && (double)info.expected_error < 2 * error);
 	bsdfrbf_close(m);
 }
 
@@ -517,6 +540,7 @@ int main(void)
 		cmocka_unit_test(cross_planes),
 		cmocka_unit_test(sides_are_told_by_those_that_show_both),
 		cmocka_unit_test(what_is_hardly_shown_decides_nothing),
+		cmocka_unit_test(what_is_guessed_is_doubted),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
