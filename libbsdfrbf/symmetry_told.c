@@ -144,7 +144,7 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, rbf_job *j, const rb
 	free_seen(j->measured.count, seen);
 	if (failed)
 		return rbf_out_of_memory(context);
-	j->azimuths = is.error < 0 ? -1 : is.beyond;
+	j->azimuths = is.error < 0 || !scatter ? -1 : is.beyond;
 	if (!is.isotropic)
 		return BSDFRBF_OK;
 	if (is.folds)
@@ -159,7 +159,7 @@ bsdfrbf_status rbf_told_alike(bsdfrbf_context *context, const rbf_job *j, const 
 {
 	const rbf_symmetry is = j->symmetry.symmetry;
 	const float expected = rbf_expected_mean(c);
-	if (j->azimuths < 0 || !(j->azimuths < ALIKE * expected))
+	if (j->azimuths < 0 || j->doubt || j->guess || !(j->azimuths < ALIKE * expected)) /* what was not measured tells nothing of azimuths */
 		return BSDFRBF_OK;
 	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by %.1f %% beyond noise, less than interpolation between so few azimuths errs "
 		"(%.0f %%): taken as isotropic, not as %s; -s %c keeps that, and more azimuths would tell", j->name, 100 * (double)j->azimuths, 100 * (double)expected,
