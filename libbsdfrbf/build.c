@@ -7,7 +7,7 @@
 #include "expect.h"
 #include "frames.h"
 #include "levels.h"
-#include "limits.h"
+#include "detector_limits.h"
 #include "one_plane.h"
 #include "others.h"
 #include "repeated.h"

@@ -26,16 +26,21 @@ static int leave_out(const rbf_incidence *in, size_t channels, const uint8_t *st
 	return 0;
 }
 
+int rbf_faults_borrow(const rbf_measured *all, rbf_measured *rest)
+{
+	*rest = *all;
+	rest->incidence = malloc((all->count + 1) * sizeof *rest->incidence);
+	if (rest->incidence && all->count)
+		memcpy(rest->incidence, all->incidence, all->count * sizeof *all->incidence);
+	return rest->incidence ? 0 : -1;
+}
+
 int rbf_faults_leave_out(const rbf_measured *all, int channels, uint8_t *const *state, uint8_t fault, rbf_measured *rest, rbf_faults *found)
 {
 	int failed = 0;
 	*found = (rbf_faults){0};
-	*rest = *all;
-	rest->incidence = malloc((all->count + 1) * sizeof *rest->incidence);
-	if (!rest->incidence)
+	if (rbf_faults_borrow(all, rest))
 		return -1;
-	if (all->count)
-		memcpy(rest->incidence, all->incidence, all->count * sizeof *all->incidence);
 	for (size_t b = 0; b < all->count && state && !failed; b++) {
 		size_t some = 0;
 		for (size_t i = 0; i < all->incidence[b].count; i++)

@@ -10,6 +10,9 @@ typedef struct rbf_faults {
 	size_t first;      /* the first of which is this one */
 } rbf_faults;
 
+/* Sets `rest` to a component's incidences, with their samples: those that are put in their place are freed by the release. Returns as the next. */
+int rbf_faults_borrow(const rbf_measured *all, rbf_measured *rest);
+
 /* Sets `rest` to a component's incidences without the samples whose state[incidence][sample] is `fault` (NULL: there is none): borrowed where nothing is left out. To be released
  * in any case, as long as `all` is there. Returns 0, or -1 when out of memory. */
 int rbf_faults_leave_out(const rbf_measured *all, int channels, uint8_t *const *state, uint8_t fault, rbf_measured *rest, rbf_faults *found);

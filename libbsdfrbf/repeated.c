@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "repeated.h"
+#include "faults.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -101,12 +102,8 @@ static int join(const rbf_incidence *in, size_t channels, const size_t *first, s
 int rbf_repeated_join(const rbf_measured *all, int channels, rbf_measured *joined)
 {
 	int failed = 0;
-	*joined = *all;
-	joined->incidence = malloc((all->count + 1) * sizeof *joined->incidence);
-	if (!joined->incidence)
+	if (rbf_faults_borrow(all, joined))
 		return -1;
-	if (all->count)
-		memcpy(joined->incidence, all->incidence, all->count * sizeof *all->incidence);
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < (int64_t)all->count; b++) {
 		const rbf_incidence *in = &all->incidence[b];

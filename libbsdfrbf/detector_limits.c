@@ -3,7 +3,7 @@
  * Light has no reason to end anywhere exactly. Where it is cut off, as many samples share a value as would lie beyond: more than lie within a twentieth
  * on this side of it. Where numbers are only coarse, a value is shared by no more than the next ones are.
  */
-#include "limits.h"
+#include "detector_limits.h"
 #include "model.h"
 
 enum { LEAST = 5 };                  /* samples */

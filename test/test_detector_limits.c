@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <cmocka.h>
 
-#include "limits.h"
+#include "detector_limits.h"
 #include "model_fixture.h"
 
 enum { INCIDENCES = 4, SAMPLES = 3000 };

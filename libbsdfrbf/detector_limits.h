@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Values at the ends of what a detector, or the numbers it writes, can tell. */
-#ifndef RBF_LIMITS_H
-#define RBF_LIMITS_H
+#ifndef RBF_DETECTOR_LIMITS_H
+#define RBF_DETECTOR_LIMITS_H
 #include "measure.h"
 
 typedef struct rbf_limits {
