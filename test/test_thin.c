@@ -7,7 +7,6 @@
 #include <string.h>
 #include <cmocka.h>
 
-#include "held_out.h"
 #include "lobe_count.h"
 #include "model_fixture.h"
 
@@ -107,29 +106,8 @@ static void sharper(void **state)
 	assert_true(fabs(energy[1] - 1) < .02);
 }
 
-/* Samples are held out of all rows and columns of a table alike. */
-static void held_out_everywhere(void **state)
-{
-	(void)state;
-	static const size_t columns[] = {8, 12, 16, 24, 36, 37, 72, 73, 90, 144, 181, 360};
-	for (uint32_t hold = 2; hold <= 8; hold += 6)
-		for (size_t c = 0; c < sizeof columns / sizeof *columns; c++) {
-			const size_t rows = 64;
-			size_t all = 0;
-			for (size_t x = 0; x < columns[c]; x++) {
-				size_t held = 0;
-				for (size_t y = 0; y < rows; y++)
-					held += (size_t)rbf_held_out(hold, y * columns[c] + x);
-				assert_in_range(held, 1, 3 * rows / hold);
-				all += held;
-			}
-			assert_in_range(all, rows * columns[c] / hold, rows * columns[c] / hold);
-		}
-	assert_false(rbf_held_out(0, 0) || rbf_held_out(1, 0));
-}
-
 int main(void)
 {
-	const struct CMUnitTest tests[] = {cmocka_unit_test(narrow_where_needed), cmocka_unit_test(sharper), cmocka_unit_test(held_out_everywhere)};
+	const struct CMUnitTest tests[] = {cmocka_unit_test(narrow_where_needed), cmocka_unit_test(sharper)};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
