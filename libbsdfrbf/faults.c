@@ -4,24 +4,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A copy of an incidence's samples without those. */
-static int leave_out(const rbf_incidence *in, size_t channels, const uint8_t *state, uint8_t fault, rbf_incidence *to)
+/* A copy of an incidence's samples without those; `left` remain. */
+static int leave_out(const rbf_incidence *in, size_t channels, const uint8_t *state, uint8_t fault, size_t left, rbf_incidence *to)
 {
-	double *outgoing = malloc((in->count + 1) * 3 * sizeof *outgoing);
-	float *dsf = malloc((in->count + 1) * channels * sizeof *dsf);
-	if (!outgoing || !dsf) {
-		free(outgoing);
-		free(dsf);
-		return -1;
-	}
-	to->outgoing = outgoing;
-	to->dsf = dsf;
+	to->outgoing = NULL;
+	to->dsf = NULL;
 	to->count = 0;
+	if (rbf_incidence_reserve(to, channels, left))
+		return -1;
 	for (size_t i = 0; i < in->count; i++) {
 		if (state[i] == fault)
 			continue;
-		memcpy(outgoing + 3 * to->count, in->outgoing + 3*i, 3 * sizeof *outgoing);
-		memcpy(dsf + channels * to->count++, in->dsf + channels * i, channels * sizeof *dsf);
+		memcpy(to->outgoing + 3 * to->count, in->outgoing + 3*i, 3 * sizeof *to->outgoing);
+		memcpy(to->dsf + channels * to->count++, in->dsf + channels * i, channels * sizeof *to->dsf);
 	}
 	return 0;
 }
@@ -47,7 +42,7 @@ int rbf_faults_leave_out(const rbf_measured *all, int channels, uint8_t *const *
 			some += state[b][i] == fault;
 		if (!some)
 			continue;
-		failed = leave_out(&all->incidence[b], (size_t)channels, state[b], fault, &rest->incidence[b]);
+		failed = leave_out(&all->incidence[b], (size_t)channels, state[b], fault, all->incidence[b].count - some, &rest->incidence[b]);
 		found->first = found->incidences++ ? found->first : b;
 		found->samples += some;
 	}

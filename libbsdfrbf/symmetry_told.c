@@ -158,8 +158,10 @@ bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, rbf_job *j, const rb
 bsdfrbf_status rbf_told_alike(bsdfrbf_context *context, const rbf_job *j, const rbf_component *c, int *found)
 {
 	const rbf_symmetry is = j->symmetry.symmetry;
+	if (j->azimuths < 0 || j->doubt || j->guess) /* what was not measured tells nothing of azimuths */
+		return BSDFRBF_OK;
 	const float expected = rbf_expected_mean(c);
-	if (j->azimuths < 0 || j->doubt || j->guess || !(j->azimuths < ALIKE * expected)) /* what was not measured tells nothing of azimuths */
+	if (!(j->azimuths < ALIKE * expected))
 		return BSDFRBF_OK;
 	rbf_warn(context, "%s: turned about the normal, incidences at other azimuths differ by %.1f %% beyond noise, less than interpolation between so few azimuths errs "
 		"(%.0f %%): taken as isotropic, not as %s; -s %c keeps that, and more azimuths would tell", j->name, 100 * (double)j->azimuths, 100 * (double)expected,

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "left_out.h"
 #include "measure.h"
 #include "model_fixture.h"
 #include "spikes.h"
@@ -155,38 +156,14 @@ static void too_many(void **state)
 	assert_int_equal(left_out + wrong, 0);
 }
 
-static char warning[400];
-static void keep_warning(void *user, const char *text)
-{
-	(void)user;
-	if (strstr(text, "spikes"))
-		snprintf(warning, sizeof warning, "%s", text);
-}
-
 /* A build goes without them, and says so. */
 static void model_without(void **state)
 {
 	(void)state;
 	static uint8_t spike[INCIDENCES][SAMPLES];
 	float dhr[2];
-	for (int n = 0; n < 2; n++) {
-		bsdfrbf_context *context = bsdfrbf_context_new();
-		bsdfrbf_data *data = measure(soft, (faults){.spikes = n ? .03 : 0, .times = 30}, spike);
-		bsdfrbf_build_options options;
-		bsdfrbf_model *model;
-		bsdfrbf_build_defaults(&options);
-		options.symmetry = 'I';
-		options.lobes = 60;
-		*warning = 0;
-		bsdfrbf_set_warning(context, keep_warning, NULL);
-		assert_int_equal(bsdfrbf_build(context, data, &options, &model), BSDFRBF_OK);
-		assert_int_equal(strstr(warning, "they count as spikes, and are left out") != NULL, n);
-		assert_int_equal(strncmp(bsdfrbf_get_text(model, "spikes"), "front reflection (rf) ", 22) == 0, n);
-		bsdfrbf_dhr(model, (float[3]){.3f, 0, .954f}, 0, &dhr[n]);
-		bsdfrbf_close(model);
-		bsdfrbf_data_free(data);
-		bsdfrbf_context_free(context);
-	}
+	for (int n = 0; n < 2; n++)
+		dhr[n] = dhr_without(measure(soft, (faults){.spikes = n ? .03 : 0, .times = 30}, spike), "they count as spikes, and are left out", "spikes", n);
 	if (!(fabsf(dhr[1] - dhr[0]) < .01f * dhr[0]))
 		fail_msg("DHR %g, without spikes %g", (double)dhr[1], (double)dhr[0]);
 }

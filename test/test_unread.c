@@ -9,6 +9,7 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "left_out.h"
 #include "measure.h"
 #include "model_fixture.h"
 #include "unread.h"
@@ -184,37 +185,14 @@ static void lost_beside_shadows(void **state)
 	}
 }
 
-static char warning[400];
-static void keep_warning(void *user, const char *text)
-{
-	(void)user;
-	snprintf(warning, sizeof warning, "%s", text);
-}
-
 /* A build goes without them, and says so. */
 static void model_without(void **state)
 {
 	(void)state;
 	static uint8_t lost[INCIDENCES][ARCS * STEPS];
 	float dhr[2];
-	for (int n = 0; n < 2; n++) {
-		bsdfrbf_context *context = bsdfrbf_context_new();
-		bsdfrbf_data *data = measure(soft, (faults){.lost = n ? .1 : 0}, lost);
-		bsdfrbf_build_options options;
-		bsdfrbf_model *model;
-		bsdfrbf_build_defaults(&options);
-		options.symmetry = 'I';
-		options.lobes = 60;
-		*warning = 0;
-		bsdfrbf_set_warning(context, keep_warning, NULL);
-		assert_int_equal(bsdfrbf_build(context, data, &options, &model), BSDFRBF_OK);
-		assert_int_equal(strstr(warning, "they count as not read, and are left out") != NULL, n);
-		assert_int_equal(strncmp(bsdfrbf_get_text(model, "unread"), "front reflection (rf) ", 22) == 0, n);
-		bsdfrbf_dhr(model, (float[3]){.3f, 0, .954f}, 0, &dhr[n]);
-		bsdfrbf_close(model);
-		bsdfrbf_data_free(data);
-		bsdfrbf_context_free(context);
-	}
+	for (int n = 0; n < 2; n++)
+		dhr[n] = dhr_without(measure(soft, (faults){.lost = n ? .1 : 0}, lost), "they count as not read, and are left out", "unread", n);
 	if (!(fabsf(dhr[1] - dhr[0]) < .01f * dhr[0]))
 		fail_msg("DHR %g, without losses %g", (double)dhr[1], (double)dhr[0]);
 }
