@@ -19,6 +19,14 @@ if command -v "${CXX:-c++}" > /dev/null; then
 		wrong "bsdfrbf.h does not compile alone as C++17"
 fi
 
+# ------------------------------------------------------------ names
+# A header that has the name of another, or of one of the system's, hides it from whoever includes it.
+ls "$SOURCE"/libbsdfrbf/*.h "$SOURCE"/cmd/*.h "$SOURCE"/test/*.h "$SOURCE"/test/*/*.h 2> /dev/null | sed 's/.*\///' | sort > "$WORK/names"
+for name in $(uniq -d "$WORK/names"); do wrong "$name: two headers of that name"; done
+while read -r name; do
+	echo "#include <$name>" | ${CC:-cc} -std=c11 -E -x c - > /dev/null 2>&1 && wrong "$name: the system has a header of that name"
+done < "$WORK/names"
+
 # ------------------------------------------------------------ the arrows
 # All project headers that a file includes, directly or not.
 closure() {

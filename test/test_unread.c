@@ -9,7 +9,7 @@
 #include <string.h>
 #include <cmocka.h>
 
-#include "left_out.h"
+#include "spoilt.h"
 #include "measure.h"
 #include "model_fixture.h"
 #include "unread.h"

@@ -1,17 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A build that leaves out faults of the measurement, and says so. */
-#ifndef LEFT_OUT_H
-#define LEFT_OUT_H
+#ifndef TEST_SPOILT_H
+#define TEST_SPOILT_H
 #include "bsdfrbf.h"
 
-typedef struct left_out {
+typedef struct spoilt_warning {
 	const char *as;   /* how the warning says it: "they count as .., and are left out" */
 	int warned;
-} left_out;
+} spoilt_warning;
 
 static void note_left_out(void *user, const char *text)
 {
-	left_out *l = user;
+	spoilt_warning *l = user;
 	l->warned |= strstr(text, l->as) != NULL;
 }
 
@@ -19,7 +19,7 @@ static void note_left_out(void *user, const char *text)
 static float dhr_without(bsdfrbf_data *data, const char *as, const char *key, int told)
 {
 	bsdfrbf_context *context = bsdfrbf_context_new();
-	left_out l = {as, 0};
+	spoilt_warning l = {as, 0};
 	bsdfrbf_build_options options;
 	bsdfrbf_model *model;
 	float dhr;
