@@ -18,6 +18,7 @@ typedef struct group {
 	size_t size, near, padded;
 	uint32_t *list;
 	float *x, *y, *z, *half; /* [padded] */
+	float *twin;             /* [padded]: 1 for a lobe that has an image */
 	float *value;            /* [GROUP][padded]: times the root of the sample's weight */
 	float *sum;              /* [padded] */
 	float *product;          /* [ROWS][padded] */
@@ -50,6 +51,7 @@ static void list_near(const rbf_equations *e, group *g)
 		g->y[p] = e->centre[j][1];
 		g->z[p] = e->centre[j][2];
 		g->half[p] = -.5f * e->kappa[j];
+		g->twin[p] = e->paired && e->centre[j][1] > 0;
 	}
 }
 
@@ -62,6 +64,20 @@ RBF_CLONES static void set_values(const group *g)
 		for (size_t p = 0; p < g->padded; p++) {
 			const float x = w[0] - cx[p], y = w[1] - cy[p], z = w[2] - cz[p];
 			row[p] = root * rbf_exp_negative(half[p] * (x*x + y*y + z*z));
+		}
+	}
+}
+
+/* And what the images are there. */
+RBF_CLONES static void add_images(const group *g)
+{
+	const float *restrict cx = g->x, *restrict cy = g->y, *restrict cz = g->z, *restrict half = g->half, *restrict twin = g->twin;
+	for (size_t s = 0; s < GROUP; s++) {
+		const float *w = g->w[s], root = g->root[s];
+		float *restrict row = g->value + s * g->padded;
+		for (size_t p = 0; p < g->padded; p++) {
+			const float x = w[0] - cx[p], y = w[1] + cy[p], z = w[2] - cz[p];
+			row[p] += twin[p] * root * rbf_exp_negative(half[p] * (x*x + y*y + z*z));
 		}
 	}
 }
@@ -152,7 +168,7 @@ static int group_new(const rbf_equations *e, group *g)
 {
 	const size_t m = e->lobes, padded = m + COLUMNS;
 	g->list = malloc((m + 1) * sizeof *g->list);
-	g->x = malloc(5 * padded * sizeof *g->x);
+	g->x = malloc(6 * padded * sizeof *g->x);
 	g->value = malloc(GROUP * padded * sizeof *g->value);
 	g->product = malloc(ROWS * padded * sizeof *g->product);
 	g->reach = malloc((m + 1) * sizeof *g->reach);
@@ -164,6 +180,7 @@ static int group_new(const rbf_equations *e, group *g)
 	g->z = g->x + 2 * padded;
 	g->half = g->x + 3 * padded;
 	g->sum = g->x + 4 * padded;
+	g->twin = g->x + 5 * padded;
 	for (size_t j = 0; j < m; j++)
 		g->reach[j] = CUT / sqrtf(e->kappa[j]);
 	return 0;
@@ -181,11 +198,18 @@ static void group_start(const rbf_equations *e, size_t first, const uint8_t *out
 	list_near(e, g);
 }
 
+static void set_all(const rbf_equations *e, const group *g)
+{
+	set_values(g);
+	if (e->paired)
+		add_images(g);
+}
+
 /* And what these lobes are there. */
 static void group_set(const rbf_equations *e, size_t first, const uint8_t *out, group *g)
 {
 	group_start(e, first, out, g);
-	set_values(g);
+	set_all(e, g);
 }
 
 /* How many count, and the weighted squares of their values. */
@@ -246,7 +270,7 @@ int rbf_equations_add(rbf_equations *e, size_t former, const uint8_t *out)
 			start--;
 		if (start == g.near)
 			continue;
-		set_values(&g);
+		set_all(e, &g);
 		add_right(e, first, &g, start, 1);
 		add_gram(e, &g, start, 1);
 	}

@@ -14,6 +14,7 @@ typedef struct rbf_equations {
 	int channels;
 	size_t lobes;
 	const float (*centre)[3], *kappa;
+	int paired;                  /* 1: samples and centres have y >= 0, and each lobe with y > 0 counts with its image at -y */
 	/* found */
 	double *gram, *right;        /* [lobes][lobes], [channels][lobes]; set by rbf_equations_make(), to be freed */
 	double squares[3], count;    /* weighted squares of the values; samples that count */

@@ -12,6 +12,7 @@
 #include "missed.h"
 #include "nonnegative.h"
 #include "peaks.h"
+#include "twins.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -38,6 +39,7 @@ typedef struct rbf_fitting {
 	int channels;
 	float lambertian[3];
 	uint32_t hold;
+	int paired;               /* samples are folded to y >= 0, and lobes have twins (twins.h) */
 	size_t n;                 /* samples in use */
 	rbf_tree tree;
 	float (*w)[3];            /* directions: the tree's points */
@@ -101,6 +103,7 @@ static int gather(work *k)
 			continue;
 		for (int a = 0; a < 3; a++)
 			w[k->n][a] = (float)in->outgoing[3*i + (size_t)a];
+		w[k->n][1] = k->paired ? fabsf(w[k->n][1]) : w[k->n][1];
 		from[k->n++] = i;
 	}
 	failed = failed || rbf_tree_build(&k->tree, k->n, (const float (*)[3])w);
@@ -208,7 +211,7 @@ static int widths(work *k)
 	const uint32_t finest = k->lobes;
 	for (uint32_t level = finest; level >= LEVEL_MIN || level == finest; level /= LEVEL_RATIO) {
 		rbf_tree tree;
-		if (rbf_tree_build(&tree, level, (const float (*)[3])k->centre))
+		if (k->paired ? rbf_twins_tree(level, (const float (*)[3])k->centre, &tree) : rbf_tree_build(&tree, level, (const float (*)[3])k->centre))
 			return -1;
 		for (uint32_t j = 0; j < level; j++) {
 			uint32_t index[SPACING + 1];
@@ -264,6 +267,8 @@ static int place(work *k, uint32_t lobes)
 {
 	if (lobes > k->n)
 		lobes = (uint32_t)k->n;
+	if (k->paired) /* one of each two, but all of those in the plane */
+		lobes = (uint32_t)(.5 * lobes + .4 * sqrt((double)lobes));
 	if (!(k->top > 0))
 		lobes = 0; /* nothing but the Lambertian part */
 	const size_t room = 2 * (size_t)lobes + RBF_PEAKS_MOST + MISSED * ROUNDS + 1;
@@ -281,12 +286,14 @@ static int place(work *k, uint32_t lobes)
 	if (placed < 0)
 		return -1;
 	k->lobes = (uint32_t)placed;
-	if (widths(k))
+	if ((k->paired && rbf_twins_settle_all(k->lobes, k->centre)) || widths(k))
 		return -1;
 	const rbf_peaks_samples samples = {&k->tree, (const uint32_t (*)[RBF_NEAR])k->near, k->level, k->smooth, (float)DARK * k->top};
 	k->peak[0] = k->lobes;
 	k->lobes += rbf_peaks_find(&samples, (double[2]){SIGMA_MIN, SIGMA_MAX}, k->centre + k->lobes, k->kappa + k->lobes);
 	k->peak[1] = k->lobes;
+	for (uint32_t j = k->peak[0]; j < k->peak[1] && k->paired; j++)
+		rbf_twins_settle(1 / sqrtf(k->kappa[j]), k->centre[j]);
 	return 0;
 }
 
@@ -309,7 +316,7 @@ static int equations(work *k, int channels)
 	const size_t m = k->lobes;
 	rbf_equations *e = &k->equations;
 	*e = (rbf_equations){.samples = k->n, .direction = (const float (*)[3])k->w, .weight = k->weight, .value = {k->y[0], k->y[1], k->y[2]},
-		.channels = channels, .lobes = m, .centre = (const float (*)[3])k->centre, .kappa = k->kappa};
+		.channels = channels, .lobes = m, .centre = (const float (*)[3])k->centre, .kappa = k->kappa, .paired = k->paired};
 	k->amplitude = calloc(m * (size_t)channels + 1, sizeof *k->amplitude);
 	if (!k->amplitude || rbf_equations_make(e))
 		return -1;
@@ -361,10 +368,10 @@ static size_t find_outliers(work *k, float spread)
 }
 
 /* Whether a lobe is there already, or one much like it: a second one would mend nothing, and hardly be told from it. */
-static int is_there(const work *k, rbf_missed one)
+static int is_there(const work *k, const float centre[3], float kappa)
 {
 	for (uint32_t j = 0; j < k->lobes; j++)
-		if (!memcmp(k->centre[j], k->w[one.sample], sizeof *k->centre) && k->kappa[j] > .5f * one.kappa && k->kappa[j] < 2 * one.kappa)
+		if (!memcmp(k->centre[j], centre, sizeof *k->centre) && k->kappa[j] > .5f * kappa && k->kappa[j] < 2 * kappa)
 			return 1;
 	return 0;
 }
@@ -378,9 +385,13 @@ static int add_missed(work *k, float spread)
 	rbf_missed found[MISSED];
 	const int count = rbf_missed_find(&misses, (double[2]){SIGMA_MIN, SIGMA_MAX}, MISSED, found);
 	for (int f = 0; f < count; f++) {
-		if (is_there(k, found[f]))
+		float centre[3];
+		memcpy(centre, k->w[found[f].sample], sizeof centre);
+		if (k->paired)
+			rbf_twins_settle(1 / sqrtf(found[f].kappa), centre);
+		if (is_there(k, centre, found[f].kappa))
 			continue;
-		memcpy(k->centre[k->lobes], k->w[found[f].sample], sizeof *k->centre);
+		memcpy(k->centre[k->lobes], centre, sizeof centre);
 		k->kappa[k->lobes++] = found[f].kappa;
 	}
 	if (count < 0 || k->lobes == former)
@@ -406,7 +417,7 @@ static int areas(work *k)
 	size_t held = 0;
 	k->area = malloc((in->count / k->hold + 1) * sizeof *k->area);
 	for (size_t i = k->hold / 2; i < in->count && k->area; i += k->hold) {
-		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
+		const float y = (float)in->outgoing[3*i + 1], w[3] = {(float)in->outgoing[3*i], k->paired ? fabsf(y) : y, (float)in->outgoing[3*i + 2]};
 		k->area[held++] = area_at(k, w, AREA_AROUND);
 	}
 	return k->area ? 0 : -1;
@@ -439,7 +450,7 @@ static int solve(work *k, rbf_lobes *out)
 	for (int c = 0; c < k->channels; c++)
 		if (rbf_nonnegative_solve(k->lobes, e->gram, e->right + (size_t)c * k->lobes, e->squares[c], e->count, k->amplitude + (size_t)c * k->lobes))
 			return -1;
-	return rbf_arrange(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, k->channels, out);
+	return (k->paired ? rbf_twins_arrange : rbf_arrange)(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, k->channels, out);
 }
 
 rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t hold)
@@ -451,6 +462,7 @@ rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const f
 	k->channels = channels;
 	memcpy(k->lambertian, lambertian, (size_t)channels * sizeof *lambertian);
 	k->hold = hold;
+	k->paired = incidence->paired;
 	if (gather(k)) {
 		rbf_fit_end(k);
 		return NULL;

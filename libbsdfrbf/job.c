@@ -12,6 +12,7 @@
 
 static const double SAME_DEG = .25;      /* incidences closer than this are one */
 static const double MOST = 2;            /* that an incidence counts */
+static const double WORSE = 1.05;        /* times as far from held-out samples: no more than chance makes it */
 static const double GRAZING_DEG = 89.5;  /* no incidence beyond */
 
 static void free_fits(rbf_job *j)
@@ -84,6 +85,41 @@ bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all,
 	return BSDFRBF_OK;
 }
 
+static int paired(const rbf_job *j)
+{
+	return j->measured.count && j->measured.incidence->paired;
+}
+
+static double mean_of(const rbf_trials *trials, const float *error)
+{
+	double sum = 0;
+	for (uint32_t t = 0; t < trials->count; t++)
+		sum += (double)error[t];
+	return sum / trials->count;
+}
+
+static void set_held_out(const rbf_trials *trials, const float *error, rbf_job *j)
+{
+	for (uint32_t t = 0; t < trials->count; t++)
+		j->fit_error[rbf_trial_base(trials, t)] = error[t];
+	j->held_out = (float)mean_of(trials, error);
+}
+
+/* With numbers of lobes that are known. */
+static int fit_all(const rbf_trials *trials, const float lambertian[3], rbf_job *j)
+{
+	rbf_fitted *m = &j->fitted;
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (int64_t b = 0; b < (int64_t)m->bases; b++) {
+		if (rbf_team_mine(m->team, (uint64_t)b))
+			failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], j->channels, &m->lobes[b])
+			: rbf_fit(&j->measured.incidence[b], j->channels, lambertian, j->lobes[b], 0, &m->lobes[b], NULL)) != 0;
+	}
+	return rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, m->bases, m->channels, m->lobes)
+		|| (!j->measured.ready && rbf_expect_fit(&j->measured, trials, m, lambertian, j->lobes, j->scatter));
+}
+
 bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *j, rbf_component *c)
 {
 	const int64_t bases = (int64_t)j->measured.count;
@@ -111,26 +147,16 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *j
 	}
 	j->held_out = -1;
 	if (!failed && !j->asked && !j->measured.ready) {
-		failed = rbf_lobe_count(m->team, &j->measured, &trials, channels, c->lambertian, count, error);
-		double sum = 0;
-		for (uint32_t t = 0; t < trials.count && !failed; t++) {
-			j->fit_error[rbf_trial_base(&trials, t)] = error[t];
-			sum += (double)error[t];
-		}
-		j->held_out = (float)(sum / trials.count);
+		failed = rbf_lobe_count(m->team, &j->measured, &trials, channels, c->lambertian, count, error)
+			|| (paired(j) && rbf_lobe_count_error(m->team, &j->measured, &trials, channels, c->lambertian, count, error));
+		if (!failed)
+			set_held_out(&trials, error, j);
 	}
 	if (failed || rbf_progress(context, "lobes", progress)) {
 		rbf_trials_free(&trials);
 		return failed ? rbf_out_of_memory(context) : rbf_fail(context, BSDFRBF_ERR_CANCELLED, "cancelled");
 	}
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (int64_t b = 0; b < bases; b++) {
-		if (rbf_team_mine(m->team, (uint64_t)b))
-			failed |= (j->measured.ready ? rbf_arrange_ready(&j->measured.incidence[b], channels, &m->lobes[b])
-			: rbf_fit(&j->measured.incidence[b], channels, c->lambertian, count[b], 0, &m->lobes[b], NULL)) != 0;
-	}
-	failed = rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, (uint32_t)bases, (uint32_t)channels, m->lobes)
-		|| (!j->measured.ready && rbf_expect_fit(&j->measured, &trials, m, c->lambertian, count, j->scatter));
+	failed = fit_all(&trials, c->lambertian, j);
 	rbf_trials_free(&trials);
 	if (failed)
 		return rbf_out_of_memory(context);
@@ -141,6 +167,46 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *j
 	if (!(energy + (double)c->lambertian[rbf_luminance((uint32_t)channels)] > 0))
 		return rbf_fail(context, BSDFRBF_ERR_DATA, "%s: no sample is above zero; nothing to interpolate", j->name);
 	return BSDFRBF_OK;
+}
+
+/* Numbers of lobes with which paired fits are as near to held-out samples as others are, for error[]: those there are or, where these tell too little of
+ * two sides that follow the same law, twice as many. Returns 1, 0 if there are none, or -1 when out of memory or a process gave up. */
+static int count_paired(const rbf_trials *trials, const float lambertian[3], rbf_job *j, float *error)
+{
+	for (int round = 0; round < 2; round++) {
+		for (size_t b = 0; b < j->measured.count && round; b++)
+			j->lobes[b] *= 2;
+		if (rbf_lobe_count_error(j->fitted.team, &j->measured, trials, j->channels, lambertian, j->lobes, error))
+			return -1;
+		if (mean_of(trials, error) <= WORSE * (double)j->held_out)
+			return 1;
+	}
+	for (size_t b = 0; b < j->measured.count; b++)
+		j->lobes[b] /= 2;
+	return 0;
+}
+
+bsdfrbf_status rbf_job_pair(bsdfrbf_context *context, rbf_job *j, const rbf_component *c)
+{
+	rbf_trials trials = {0};
+	float error[RBF_TRIALS_MOST];
+	int better = 1;
+	for (size_t b = 0; b < j->measured.count; b++)
+		j->measured.incidence[b].paired = 1;
+	int failed = rbf_trials_make(&trials, j->measured.count, j->direction);
+	if (!failed && !j->asked)
+		better = count_paired(&trials, c->lambertian, j, error);
+	failed = failed || better < 0;
+	for (size_t b = 0; b < j->measured.count && !better; b++)
+		j->measured.incidence[b].paired = 0;
+	for (size_t b = 0; b < j->measured.count && better > 0; b++)
+		rbf_lobes_free(&j->fitted.lobes[b]);
+	if (!failed && better)
+		failed = fit_all(&trials, c->lambertian, j);
+	if (!failed && better && !j->asked)
+		set_held_out(&trials, error, j);
+	rbf_trials_free(&trials);
+	return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 }
 
 int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float lambertian[3], rbf_job *j)

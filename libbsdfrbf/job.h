@@ -37,6 +37,10 @@ bsdfrbf_status rbf_job_select(bsdfrbf_context *context, const rbf_measured *all,
 /* Fits all of them, in place of former fits, and the Lambertian part into component->lambertian. Errors: DATA, MEMORY, CANCELLED. Opens OpenMP regions. */
 bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *job, rbf_component *component);
 
+/* Fits all of them once more, isotropic and turned to azimuth 0, with twins (twins.h), unless these are farther from held-out samples than the
+ * fits there are. Errors: MEMORY. Opens OpenMP regions. */
+bsdfrbf_status rbf_job_pair(bsdfrbf_context *context, rbf_job *job, const rbf_component *component);
+
 /* Fits of incidences that images were joined with (folded.h), from those of the former job; what was not joined is copied. The Lambertian part stays. Returns 0,
  * or -1 when out of memory. Opens an OpenMP region. */
 int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float lambertian[3], rbf_job *job);

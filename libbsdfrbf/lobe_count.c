@@ -19,7 +19,9 @@ static int try_lobes(rbf_fitting *fitting, uint32_t lobes, float *error)
 
 static int from_samples(const rbf_incidence *in, int channels, const float lambertian[3], uint32_t *lobes, float *error)
 {
-	rbf_fitting *fitting = rbf_fit_begin(in, channels, lambertian, HOLD);
+	rbf_incidence one = *in;
+	one.paired = 0; /* twice the samples would ask for more */
+	rbf_fitting *fitting = rbf_fit_begin(&one, channels, lambertian, HOLD);
 	int failed = !fitting || try_lobes(fitting, START, error);
 	float next;
 	*lobes = START;
@@ -59,4 +61,20 @@ int rbf_lobe_count(const rbf_team *team, const rbf_measured *measured, const rbf
 		lobes[trials->order[i]] = found[before] > found[after] ? found[before] : found[after];
 	}
 	return 0;
+}
+
+int rbf_lobe_count_error(const rbf_team *team, const rbf_measured *measured, const rbf_trials *trials, int channels, const float lambertian[3],
+	const uint32_t *lobes, float *error)
+{
+	int failed = 0;
+	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
+	for (uint32_t t = 0; t < trials->count; t++) {
+		const uint32_t b = rbf_trial_base(trials, t);
+		rbf_lobes fitted;
+		if (!rbf_team_mine(team, t))
+			continue;
+		failed |= rbf_fit(&measured->incidence[b], channels, lambertian, lobes[b], HOLD, &fitted, &error[t]) != 0;
+		rbf_lobes_free(&fitted);
+	}
+	return rbf_team_failed(team, failed) || rbf_team_share_rows(team, trials->count, sizeof *error, error) ? -1 : 0;
 }

@@ -30,6 +30,7 @@ typedef struct rbf_incidence {
 	size_t file;                /* line of bsdfrbf_data's source that its first samples are from; 0: of none */
 	size_t guessed;             /* of the samples, the last so many (one_plane.h) */
 	size_t mirrored;            /* likewise (mirrored.h); one of the two is 0 */
+	int paired;                 /* 1: both sides of the plane y = 0 are alike, and fitted so (twins.h) */
 	size_t lobes;               /* lobes instead of samples; 0 where the component was measured */
 	rbf_ready_lobe *lobe;
 } rbf_incidence;

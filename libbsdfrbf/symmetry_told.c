@@ -20,6 +20,7 @@ static const float ASYMMETRY_NOISE = 3, ASYMMETRY_MIN = .06f; /* times the fit's
 static const float ASYMMETRY_LESS = .3f; /* of what a mirror image is off by: half a turn is meant */
 static const float OFFSET_LESS = .33f; /* of what those by the planes were off by: all are turned about the normal, not each by another angle */
 static const float ISOTROPIC = .5f; /* of the leave-one-out error */
+static const double SIDES = 2; /* times the error of fits that noise makes: if one side differs by less from the mean of both than that */
 static const float ALIKE = .7f; /* of the error expected between incidences: half of it is meant, and incidences differ from their mean by 2/3 of what they do from each other */
 static const float READY_ERROR = .14f; /* typical error of the fits in a .sir file against exact truth, which the file does not tell */
 
@@ -121,12 +122,23 @@ static int add_mirrored(rbf_job *j)
 	return failed;
 }
 
+/* Whether the sides of planes of incidence differ by no more than noise does, such that their mean is nearer to the truth than each. */
+static int alike(const rbf_job *j, const rbf_component *c)
+{
+	double noise = 0;
+	for (uint32_t b = 0; b < j->fitted.bases; b++)
+		noise += (double)j->scatter[b] / j->fitted.bases;
+	return (double)c->facts.asymmetry < SIDES * noise;
+}
+
 bsdfrbf_status rbf_told_join(bsdfrbf_context *context, double progress, rbf_job *j, rbf_component *c)
 {
 	const int gone = j->turned ? rbf_turned_join(&j->measured, j->channels, j->direction) : 0;
 	if (gone < 0 || (gone && rbf_one_plane_beside(&j->measured, j->channels)) || add_mirrored(j))
 		return rbf_out_of_memory(context);
-	return gone || j->mirrored ? rbf_job_fit(context, progress, j, c) : BSDFRBF_OK;
+	if (gone || j->mirrored)
+		RBF_TRY(rbf_job_fit(context, progress, j, c));
+	return j->turned && alike(j, c) ? rbf_job_pair(context, j, c) : BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, rbf_job *j, const rbf_component *c, int *found)

@@ -535,6 +535,80 @@ static void error_by_area(void **state)
 	rbf_lobes_free(&l);
 }
 
+static double two_sides(const double o[3])
+{
+	return .2 * o[2] + beam(o, .45, 0, 200) + .4 * (beam(o, -.3, .35, 40) + beam(o, -.3, -.35, 40)) + .5 * (beam(o, .1, .6, 90) + beam(o, .1, -.6, 90));
+}
+
+/* Of two sides that are alike every sample tells of both: less noise is left. Each lobe has its twin, or is in the plane. */
+static void both_sides(void **state)
+{
+	(void)state;
+	rbf_lobes l;
+	double off[2];
+	measure(two_sides, 3000, .05);
+	for (int paired = 0; paired < 2; paired++) {
+		incidence.paired = paired;
+		assert_int_equal(rbf_fit(&incidence, 1, nothing, 300, 0, &l, NULL), 0);
+		off[paired] = error_of(&l, two_sides);
+		for (uint32_t i = 0; i < l.count && paired; i++) {
+			float at[3], other[3];
+			uint32_t twins = 0;
+			rbf_lobe_centre(&l, i, at);
+			for (uint32_t j = 0; j < l.count; j++) {
+				rbf_lobe_centre(&l, j, other);
+				twins += other[0] == at[0] && other[1] == -at[1] && other[2] == at[2] && rbf_lobe_kappa(&l, i) == rbf_lobe_kappa(&l, j)
+					&& rbf_lobe_amplitude(&l, 0, i) == rbf_lobe_amplitude(&l, 0, j);
+			}
+			assert_int_equal(twins, 1);
+		}
+		rbf_lobes_free(&l);
+	}
+	incidence.paired = 0;
+	print_message("L1 %.4f, with both sides alike %.4f\n", off[0], off[1]);
+	assert_true(off[1] < .85 * off[0]);
+}
+
+/* Equations of lobes with twins: those of the sums. */
+static void twins_add_up(void **state)
+{
+	(void)state;
+	enum { N = 200, M = 23 };
+	static float w[N][3], weight[N], value[N], centre[M][3], kappa[M];
+	spread_out(9, N, w, weight);
+	for (int i = 0; i < N; i++) {
+		w[i][1] = fabsf(w[i][1]);
+		value[i] = w[i][2];
+	}
+	for (int j = 0; j < M; j++) {
+		memcpy(centre[j], w[j * 7], sizeof centre[j]);
+		if (j % 4 == 0) {
+			centre[j][0] = (float)cos(j * .1);
+			centre[j][1] = 0;
+			centre[j][2] = (float)sin(j * .1);
+		}
+		kappa[j] = (float)(1 + j);
+	}
+	rbf_equations e = {.samples = N, .direction = (const float (*)[3])w, .weight = weight, .value = {value}, .channels = 1, .lobes = M,
+		.centre = (const float (*)[3])centre, .kappa = kappa, .paired = 1};
+	assert_int_equal(rbf_equations_make(&e), 0);
+	for (int i = 0; i < M; i++) {
+		double right = 0, gram = 0;
+		for (int n = 0; n < N; n++) {
+			double sum = 0;
+			for (int side = 0; side <= (centre[i][1] > 0); side++) {
+				const double x = w[n][0] - centre[i][0], y = w[n][1] - (side ? -centre[i][1] : centre[i][1]), z = w[n][2] - centre[i][2];
+				sum += exp(-.5 * kappa[i] * (x*x + y*y + z*z));
+			}
+			right += weight[n] * value[n] * sum;
+			gram += weight[n] * sum * sum;
+		}
+		assert_true(fabs(e.right[i] - right) < 1e-5 * right);
+		assert_true(fabs(e.gram[i * M + i] - gram) < 1e-5 * gram);
+	}
+	rbf_equations_free(&e);
+}
+
 static double spike(const double o[3]) { return o[0] > .299 && o[0] < .304 && o[1] > 0 && o[1] < .1 ? 50 : 0; }
 static double zero(const double o[3]) { return 0 * o[0]; }
 static double negative(const double o[3]) { return -o[2]; }
@@ -590,6 +664,7 @@ int main(void)
 		cmocka_unit_test(circles),
 		cmocka_unit_test(arcs),
 		cmocka_unit_test(error_by_area),
+		cmocka_unit_test(both_sides), cmocka_unit_test(twins_add_up),
 		cmocka_unit_test(unusual_samples),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -223,6 +223,39 @@ static void the_rest_is_compared(void **state)
 	bsdfrbf_close(m);
 }
 
+/* The largest difference between both sides of the plane of incidence, over the mean. */
+static double sides_differ(const bsdfrbf_model *m)
+{
+	const float in[3] = {.5f, 0, .8660254f};
+	double most = 0, sum = 0;
+	for (int q = 0; q < 1000; q++) {
+		const double r = sqrt((q + .5) / 1000), azimuth = 2 * RBF_PI * .6180339887 * q;
+		float out[3] = {(float)(r * cos(azimuth)), (float)(r * sin(azimuth)), (float)sqrt(1 - r*r)}, value[2][3];
+		bsdfrbf_eval(m, in, out, value[0]);
+		out[1] *= -1;
+		bsdfrbf_eval(m, in, out, value[1]);
+		most = fmax(most, fabs((double)value[0][0] - (double)value[1][0]));
+		sum += (double)value[0][0] / 1000;
+	}
+	return most / sum;
+}
+
+/* Sides that differ by noise alone are told from both; what differs is kept. */
+static void sides_are_joined_if_alike(void **state)
+{
+	(void)state;
+	static const plan p = {"gloss", 5, 1, {0, 15, 30, 45, 60}, 0, 0, 100};
+	bsdfrbf_component_info info;
+	bsdfrbf_model *m = build_seen(&p, gloss, all_round, &info);
+	const double joined = sides_differ(m);
+	bsdfrbf_close(m);
+	m = build_seen(&p, tilted, all_round, &info);
+	const double kept = sides_differ(m);
+	bsdfrbf_close(m);
+	print_message("sides differ by %.5f, of a tilted one by %.3f of the mean\n", joined, kept);
+	assert_true(joined < 2e-3 && kept > .5);
+}
+
 /* Measured all round with one side of the sample hidden: turned, incidences are compared where both were measured, and together they are complete. */
 static void isotropy_is_found_from_halves(void **state)
 {
@@ -258,6 +291,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(only_what_was_not_measured_is_mirrored),
 		cmocka_unit_test(half_is_enough),
+		cmocka_unit_test(sides_are_joined_if_alike),
 		cmocka_unit_test(the_rest_is_compared),
 		cmocka_unit_test(isotropy_is_found_from_halves),
 		cmocka_unit_test(beams_are_carried_on),

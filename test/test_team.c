@@ -200,7 +200,7 @@ static void build(member *m, void *job)
 static const plan plans[] = {
 	{"slats", 3, 3, {0, 30, 60}, -90, 90, 24},
 	{"film", 4, 1, {0, 25, 50, 70}, 0, 0, 0}, /* number of lobes from the data; three channels */
-	{"translucent", 5, 1, {0, 20, 40, 60, 80}, 0, 0, 0}, /* residual motion */
+	{"translucent", 5, 1, {0, 20, 40, 60, 80}, 0, 0, 80}, /* residual motion */
 	{"film", 5, 1, {0, 20, 40, 60, 80}, 0, 0, 0}, /* filled from other incidences */
 };
 
