@@ -244,6 +244,21 @@ static int cluster(const rbf_component *c)
 	return failed;
 }
 
+/* Blocks that are images of each other have masks that are: whatever rounding makes of them. */
+static void reflect_masks(const rbf_component *c, const rbf_set *set, uint64_t mask[RBF_CULL_CELLS])
+{
+	const uint32_t twins = rbf_cull_group(set->blocks) > 1 ? 0 : rbf_pack_twins(c, set);
+	for (uint32_t y = 0; y < RBF_CULL_GRID; y++)
+		for (uint32_t x = 0; x < RBF_CULL_GRID; x++)
+			for (uint32_t g = 0; g < twins; g++) {
+				uint64_t *here = &mask[y * RBF_CULL_GRID + x], *there = &mask[(RBF_CULL_GRID - 1 - y) * RBF_CULL_GRID + x];
+				const uint32_t image = 2 * twins - 1 - g;
+				const uint64_t any = (*here >> g | *there >> image) & 1;
+				*here |= any << g;
+				*there |= any << image;
+			}
+}
+
 /* All masks of a set. Cells beside the disc are asked for by rounding alone: they have that of the nearest cell of their row. */
 static void cull_set(const rbf_component *c, const rbf_set *set, const cell_points *p, float reach, uint64_t mask[RBF_CULL_CELLS])
 {
@@ -260,6 +275,7 @@ static void cull_set(const rbf_component *c, const rbf_set *set, const cell_poin
 		for (uint32_t x = end; x < RBF_CULL_GRID; x++)
 			row[x] = row[end - 1];
 	}
+	reflect_masks(c, set, mask);
 }
 
 int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)

@@ -4,11 +4,14 @@
  * them, and takes those whose cells are most nearly the ones that it has so far: intersection over union (Jaccard, Etude comparative de la
  * distribution florale, 1901). Lobes of a block, and blocks, are then in the order that lobes had, as far as they can be: neighbours in
  * order are neighbours in direction (arrange.c).
+ *
+ * Where lobes have their images about the plane of incidence (twins.h), blocks have theirs too: half of them need recording (pack.h).
  */
 #include "cluster.h"
 #include "vector.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { GRID = 16, CELLS = GRID * GRID, WORDS = (CELLS + 63) / 64, CHANNELS = 3 }; /* cells coarser than those of masks do as well */
 static const float MATTERS = 2e-4f; /* of all that is sent there */
@@ -142,21 +145,78 @@ static void write_lobe(const rbf_component *c, const lobe *l, uint32_t at, rbf_b
 		amplitude[(size_t)n * c->blocks + b].a[lane] = l->amplitude[n];
 }
 
+static int are_twins(const lobe *a, const lobe *b)
+{
+	return a->centre[1] > 0 && a->centre[0] == b->centre[0] && a->centre[1] == -b->centre[1] && a->centre[2] == b->centre[2] && a->kappa == b->kappa
+		&& !memcmp(a->amplitude, b->amplitude, sizeof a->amplitude);
+}
+
+/* Lobes of y > 0 whose image is there as well come first, as many as fill blocks: those farthest from y = 0. Images of these are dropped. What is left,
+ * *rest of them, follows. `to` has room for all. Returns how many come first. */
+static uint32_t part_twins(const lobe *l, uint32_t count, uint32_t *twin, lobe *to, uint32_t *rest)
+{
+	uint32_t twins = 0, first = 0;
+	for (uint32_t i = 0; i < count; i++)
+		twin[i] = count;
+	for (uint32_t i = 0; i < count; i++)
+		for (uint32_t j = 0; j < count && l[i].centre[1] > 0 && twin[i] == count; j++)
+			if (twin[j] == count && are_twins(&l[i], &l[j])) {
+				twin[i] = j;
+				twin[j] = i;
+				twins++;
+			}
+	for (; twins % RBF_LANES; twins--) {
+		uint32_t nearest = count;
+		for (uint32_t i = 0; i < count; i++)
+			if (twin[i] < count && l[i].centre[1] > 0 && (nearest == count || l[i].centre[1] < l[nearest].centre[1]))
+				nearest = i;
+		twin[twin[nearest]] = count;
+		twin[nearest] = count;
+	}
+	*rest = 0;
+	for (uint32_t i = 0; i < count; i++)
+		if (twin[i] < count && l[i].centre[1] > 0)
+			to[first++] = l[i];
+		else if (twin[i] == count)
+			to[twins + (*rest)++] = l[i];
+	return twins;
+}
+
+/* Lobes, and their images in as many blocks after them, the last block first: so that what follows each other is near each other. */
+static void write_twins(const rbf_component *c, const rbf_set *set, const lobe *l, const uint32_t *order, uint32_t twins, rbf_block *block,
+	rbf_amplitude *amplitude)
+{
+	for (uint32_t i = 0; i < twins; i++) {
+		lobe image = l[order[i]];
+		image.centre[1] *= -1;
+		write_lobe(c, &l[order[i]], set->first * RBF_LANES + i, block, amplitude);
+		write_lobe(c, &image, set->first * RBF_LANES + 2 * twins - RBF_LANES - i / RBF_LANES * RBF_LANES + i % RBF_LANES, block, amplitude);
+	}
+}
+
 int rbf_cluster(const rbf_component *c, const rbf_set *set, rbf_block *block, rbf_amplitude *amplitude)
 {
 	const size_t room = (size_t)set->blocks * RBF_LANES + 1;
-	lobe *l = malloc(room * sizeof *l);
+	lobe *l = malloc(room * sizeof *l), *parted = malloc(room * sizeof *parted);
 	float *value = malloc(room * sizeof *value);
 	uint32_t *order = malloc(room * sizeof *order);
-	const int failed = !l || !value || !order;
+	const int failed = !l || !parted || !value || !order;
 	if (!failed) {
 		const uint32_t count = read_lobes(c, set, l);
+		uint32_t rest = count, twins = 0;
 		find_cells(l, count, c->lambertian[rbf_luminance(c->channels)], value);
-		find_order(l, count, order);
-		for (uint32_t i = 0; i < count; i++)
-			write_lobe(c, &l[order[i]], set->first * RBF_LANES + i, block, amplitude);
+		if (c->mesh.symmetry == RBF_ISOTROPIC)
+			twins = part_twins(l, count, order, parted, &rest);
+		const lobe *left = twins ? parted + twins : l;
+		rest = twins ? rest : count;
+		find_order(parted, twins, order);
+		write_twins(c, set, parted, order, twins, block, amplitude);
+		find_order(left, rest, order);
+		for (uint32_t i = 0; i < rest; i++)
+			write_lobe(c, &left[order[i]], set->first * RBF_LANES + 2 * twins + i, block, amplitude);
 	}
 	free(l);
+	free(parted);
 	free(value);
 	free(order);
 	return failed ? -1 : 0;

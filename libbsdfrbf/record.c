@@ -26,7 +26,7 @@ const char *rbf_record_kind_name(uint32_t kind)
 	const int row = rbf_array_find(kind);
 	if (row >= 0)
 		return rbf_array_row[row].name;
-	return kind == RBF_RECORD_COMPONENT ? "component" : kind == RBF_RECORD_TEXT ? "text" : "unknown";
+	return kind == RBF_RECORD_COMPONENT ? "component" : kind == RBF_RECORD_TEXT ? "text" : kind == RBF_RECORD_FORMER_PACKED ? "packed" : "unknown";
 }
 
 static void add(rbf_record_part *part, int *parts, uint32_t kind, uint32_t component, uint32_t flags,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
- * The recorded file (.rbf), version 1.2.
+ * The recorded file (.rbf), version 1.3.
  *
  *   offset 0     header, 64 bytes
  *   offset 64    directory: `sections` entries of 40 bytes
@@ -32,7 +32,7 @@
 #define RBF_RECORD_MAGIC_BYTES 8
 #define RBF_RECORD_ENDIAN 0x01020304u
 #define RBF_RECORD_MAJOR 1
-#define RBF_RECORD_MINOR 2
+#define RBF_RECORD_MINOR 3
 #define RBF_RECORD_ALIGN 64
 #define RBF_RECORD_MAX_SECTIONS 1024
 #define RBF_RECORD_MAX_TEXT (1u << 20)
@@ -109,6 +109,8 @@ uint64_t rbf_record_former_entries(const rbf_component *component, int row);
 /* A component as version 1.0 recorded it, made into one of today: *made takes what it needs beside the mapping, to be freed. Reads it
  * whole. Returns NULL, or what is wrong. */
 const char *rbf_record_former(rbf_component *component, void **made);
+
+#define RBF_RECORD_FORMER_PACKED 39u /* kind of "packed" in versions 1.1 and 1.2, whose streams were others */
 
 /* Kinds that only version 1.0 had, of no use any more. */
 int rbf_record_former_kind(uint32_t kind);

@@ -164,7 +164,8 @@ static bsdfrbf_status check_directory(const reader *r)
 	uint64_t offset = sizeof *h + directory_bytes;
 	for (uint32_t i = 0; i < h->sections; i++) {
 		const rbf_record_section *s = directory + i;
-		const int known = s->kind == RBF_RECORD_COMPONENT || s->kind == RBF_RECORD_TEXT || rbf_array_find(s->kind) >= 0;
+		const int known = s->kind == RBF_RECORD_COMPONENT || s->kind == RBF_RECORD_TEXT || s->kind == RBF_RECORD_FORMER_PACKED
+			|| rbf_array_find(s->kind) >= 0;
 		if (s->offset != rbf_record_align(offset) || s->offset > r->bytes || s->bytes > r->bytes - s->offset || !s->bytes)
 			return damaged_section(r, s, "place or size");
 		offset = s->offset + s->bytes;
@@ -221,7 +222,7 @@ static bsdfrbf_status read_text(const reader *r, bsdfrbf_model *model)
 static bsdfrbf_status read_component(const reader *r, uint32_t index, bsdfrbf_model *model)
 {
 	rbf_component *c = &model->component[index];
-	const int former = HEADER(r)->minor == 0;
+	const int former = HEADER(r)->minor == 0, former_pack = HEADER(r)->minor <= 2;
 	const rbf_record_section *s = find(r, RBF_RECORD_COMPONENT, index);
 	if (!s) {
 		for (uint32_t i = 0; i < HEADER(r)->sections; i++)
@@ -245,7 +246,7 @@ static bsdfrbf_status read_component(const reader *r, uint32_t index, bsdfrbf_mo
 	for (int row = 0; row < RBF_ARRAY_ROWS; row++) {
 		const rbf_array *array = rbf_array_row + row;
 		const uint64_t entries = former ? rbf_record_former_entries(c, row) : rbf_array_entries(c, row);
-		const rbf_record_section *a = find(r, array->kind, index);
+		const rbf_record_section *a = find(r, row == RBF_ARRAY_ROW_40 && former_pack ? RBF_RECORD_FORMER_PACKED : array->kind, index);
 		if (!a && entries && !(array->holds & RBF_ARRAY_OPTIONAL))
 			return rbf_fail(r->context, BSDFRBF_ERR_FORMAT, "%s: damaged: section \"%s\" of %s is missing",
 				r->path, array->name, component_name(index));
@@ -256,10 +257,10 @@ static bsdfrbf_status read_component(const reader *r, uint32_t index, bsdfrbf_mo
 		rbf_array_set(c, row, r->at + a->offset);
 	}
 	c->present = 1;
-	const rbf_record_section *pack = c->packed ? find(r, rbf_array_row[RBF_ARRAY_ROW_39].kind, index) : NULL;
+	const rbf_record_section *pack = c->packed ? find(r, former_pack ? RBF_RECORD_FORMER_PACKED : rbf_array_row[RBF_ARRAY_ROW_40].kind, index) : NULL;
 	if (pack && (former || !intact(r, pack)))
 		return damaged_section(r, pack, "checksum");
-	wrong = former ? rbf_record_former(c, &model->made[index]) : pack ? rbf_unpack(c, &model->made[index]) : NULL;
+	wrong = former ? rbf_record_former(c, &model->made[index]) : pack ? rbf_unpack(c, former_pack, &model->made[index]) : NULL;
 	if (wrong == rbf_unpack_memory)
 		return rbf_fail(r->context, BSDFRBF_ERR_MEMORY, "%s: out of memory", r->path);
 	return wrong ? damaged_section(r, s, wrong) : BSDFRBF_OK;

@@ -55,7 +55,7 @@ def means(name):
 
 def main():
     path = os.path.join(GOLDEN, 'answers.txt')
-    good = ('rf.rbf', 'rb.rbf', 'tf.rbf', 'tb.rbf', 'tf-1.1.rbf', 'tf-1.2.rbf')
+    good = ('rf.rbf', 'rb.rbf', 'tf.rbf', 'tb.rbf', 'tf-1.1.rbf', 'tf-1.2.rbf', 'tf-1.3.rbf')
     found = {name: answers(name) for name in good}
     if '--write' in sys.argv:
         with open(path, 'w') as f:

@@ -81,6 +81,58 @@ static void comes_back(void **state)
 	}
 }
 
+static const random_plan mirrors = {RBF_ISOTROPIC, 5, 1, {0, 25, 50, 70, 80}, 0, 2, {RBF_MAP_MIRROR, RBF_MAP_RETRO}, 100, 10, 3000, 0, 3, 0, 0, 2, 0, 0, 1};
+
+/* Of the component's lobes: every other one becomes the image of the one before; or those of the second frame have places and widths of the first. */
+enum { AS_THEY_ARE, TWINS, SHARED };
+static bsdfrbf_model *changed(int how)
+{
+	bsdfrbf_model *model = random_model(&mirrors, 11);
+	rbf_component *c = &model->component[BSDFRBF_RF];
+	rbf_block *block = (rbf_block *)c->block;
+	for (uint32_t i = 0; i + 1 < c->blocks * RBF_LANES && how == TWINS; i += 2) {
+		rbf_block *b = &block[i / RBF_LANES];
+		const uint32_t lane = i % RBF_LANES;
+		if (!(b->k[lane] > 0 && b->k[lane + 1] > 0))
+			continue;
+		b->x[lane + 1] = b->x[lane];
+		b->y[lane + 1] = -b->y[lane];
+		b->z[lane + 1] = b->z[lane];
+		b->k[lane + 1] = b->k[lane];
+		for (uint32_t n = 0; n < c->channels; n++) {
+			rbf_amplitude *a = &((rbf_amplitude *)c->amplitude)[n * c->blocks + i / RBF_LANES];
+			a->a[lane + 1] = a->a[lane];
+		}
+	}
+	for (uint32_t s = 0; s + 1 < c->sets && how == SHARED; s += 2)
+		for (uint32_t n = 0; n + 1 < c->set[s].blocks && n + 1 < c->set[s + 1].blocks; n++)
+			block[c->set[s + 1].first + n] = block[c->set[s].first + n];
+	free((void *)c->cull);
+	assert_int_equal(rbf_assemble_cull(NULL, c, 0), 0);
+	return model;
+}
+
+/* What is an image, or another frame's too, takes fewer bytes, and comes back with its masks. */
+static void repeats_take_less(void **state)
+{
+	(void)state;
+	double bytes[3];
+	for (int how = AS_THEY_ARE; how <= SHARED; how++) {
+		bsdfrbf_model *model = changed(how), *back = again(model);
+		const rbf_component *c = &model->component[BSDFRBF_RF];
+		uint32_t twins = 0;
+		for (uint32_t s = 0; s < c->sets; s++)
+			twins += 2 * rbf_pack_twins(c, &c->set[s]);
+		assert_true(how == TWINS ? twins > .7 * c->blocks : !twins);
+		assert_same(c, &back->component[BSDFRBF_RF]);
+		bytes[how] = (double)bytes_of(back);
+		bsdfrbf_close(back);
+		bsdfrbf_close(model);
+	}
+	print_message("images take %.3f of the bytes, shared lobes %.3f\n", bytes[TWINS] / bytes[0], bytes[SHARED] / bytes[0]);
+	assert_true(bytes[TWINS] < .68 * bytes[0] && bytes[SHARED] < .93 * bytes[0]);
+}
+
 /* A lobe that was not rounded makes a record of plain arrays, which has it as it is. */
 static void else_is_plain(void **state)
 {
@@ -147,9 +199,9 @@ static void rounds_little(void **state)
 	free(before);
 }
 
-static image read_image(void)
+static image read_from(const char *name)
 {
-	FILE *f = fopen(path, "rb");
+	FILE *f = fopen(name, "rb");
 	assert_non_null(f);
 	assert_int_equal(fseek(f, 0, SEEK_END), 0);
 	const long bytes = ftell(f);
@@ -158,6 +210,11 @@ static image read_image(void)
 	assert_int_equal(fread(file.at, 1, file.bytes, f), file.bytes);
 	fclose(f);
 	return file;
+}
+
+static image read_image(void)
+{
+	return read_from(path);
 }
 
 static bsdfrbf_status open_image(const image *file, uint64_t verify_bytes)
@@ -177,14 +234,12 @@ static bsdfrbf_status open_image(const image *file, uint64_t verify_bytes)
 	return status;
 }
 
-static void damage_is_refused(void **state)
+static void damage(bsdfrbf_model *model)
 {
-	(void)state;
-	bsdfrbf_model *model = random_model(&random_plans[0], 8);
 	assert_int_equal(bsdfrbf_save(NULL, model, path), BSDFRBF_OK);
 	bsdfrbf_close(model);
 	image file = read_image();
-	rbf_record_section *s = image_section(&file, 39);
+	rbf_record_section *s = image_section(&file, 40);
 	assert_non_null(s);
 	uint64_t seed = 9;
 	int refused = 0;
@@ -227,7 +282,48 @@ static void damage_is_refused(void **state)
 	}
 	image_seal(&file);
 	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_OK);
-	image_header(&file)->minor = 0; /* which had no such thing */
+	for (uint16_t minor = 0; minor <= 2; minor++) { /* which had no such thing */
+		image_header(&file)->minor = minor;
+		image_seal(&file);
+		assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_ERR_FORMAT);
+	}
+	free(file.at);
+}
+
+static void damage_is_refused(void **state)
+{
+	(void)state;
+	damage(random_model(&random_plans[0], 8));
+	damage(changed(TWINS));
+	damage(changed(SHARED));
+}
+
+/* A stream of version 1.2, which is read by other code. */
+static void former_damage(void **state)
+{
+	(void)state;
+	const char *source = getenv("SOURCE_DIR");
+	char name[4096];
+	if (!source)
+		skip();
+	snprintf(name, sizeof name, "%s/test/golden/tf-1.2.rbf", source);
+	image file = read_from(name);
+	const rbf_record_section *s = image_section(&file, RBF_RECORD_FORMER_PACKED);
+	assert_non_null(s);
+	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_OK);
+	uint64_t seed = 12;
+	int refused = 0;
+	for (int round = 0; round < 300; round++) {
+		char *at = file.at + s->offset + (size_t)(random_unit(&seed) * (double)s->bytes), kept = *at;
+		*at = (char)(kept ^ (1 << round % 8));
+		assert_int_equal(open_image(&file, round % 2 ? UINT64_MAX : 0), BSDFRBF_ERR_FORMAT);
+		image_seal(&file);
+		refused += open_image(&file, round % 2 ? UINT64_MAX : 0) != BSDFRBF_OK;
+		*at = kept;
+		image_seal(&file);
+	}
+	assert_true(refused > 0 && refused < 300);
+	image_header(&file)->minor = 3; /* whose streams are others, of another kind */
 	image_seal(&file);
 	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_ERR_FORMAT);
 	free(file.at);
@@ -249,7 +345,7 @@ static int remove_path(void **state)
 
 int main(void)
 {
-	const struct CMUnitTest tests[] = {cmocka_unit_test(comes_back), cmocka_unit_test(else_is_plain), cmocka_unit_test(rounds_little),
-		cmocka_unit_test(damage_is_refused)};
+	const struct CMUnitTest tests[] = {cmocka_unit_test(comes_back), cmocka_unit_test(repeats_take_less), cmocka_unit_test(else_is_plain), cmocka_unit_test(rounds_little),
+		cmocka_unit_test(damage_is_refused), cmocka_unit_test(former_damage)};
 	return cmocka_run_group_tests(tests, new_path, remove_path);
 }

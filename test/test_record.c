@@ -349,7 +349,7 @@ static void test_versions(void **state)
 	const image file = small_image(&synthetic_small);
 	rbf_record_header *h = image_header(&file);
 	h->major = 2;
-	expect(*state, &file, BSDFRBF_ERR_VERSION, "version 2.2");
+	expect(*state, &file, BSDFRBF_ERR_VERSION, "version 2.3");
 	h->major = 1;
 	h->minor = 7;
 	expect(*state, &file, BSDFRBF_OK, "");
