@@ -9,6 +9,7 @@
 #include "arrange.h"
 #include "equations.h"
 #include "farthest.h"
+#include "held_out.h"
 #include "missed.h"
 #include "nonnegative.h"
 #include "peaks.h"
@@ -23,6 +24,7 @@ enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, AREA_AROUND = 32
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
+static const double NARROW = .5;        /* the same of narrow ones: their sum is still flat to a thirtieth where it should be */
 static const double GAP = 2, GAP_NONE = 1.6; /* sigmas that bridge a gap between samples; up to so many times that it is none */
 static const double SIGMA_MIN = .0005, SIGMA_MAX = .6; /* narrower, the rounding of directions (1e-7) would be seen */
 static const double RIDGE = 1e-5, RIDGE_MOST = .01, RIDGE_PEAK = 1e-4; /* of the mean diagonal; at most of a lobe's own; and of a peak's over faint haze */
@@ -56,6 +58,7 @@ typedef struct rbf_fitting {
 	uint8_t *outlier;         /* 1: not used */
 	float mix[3];             /* of the channels, by which each counts alike */
 	float *level;             /* y so mixed: lobes are placed where any channel has light */
+	float spread;             /* of the last fit, by noise, before lobes joined */
 	uint32_t lobes, peak[2];  /* of these the first found as a peak, and the one after the last */
 	float (*centre)[3];
 	float *across;            /* gap_at() of those that are samples */
@@ -99,7 +102,7 @@ static int gather(work *k)
 	k->outlier = calloc(in->count + 1, 1);
 	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->near || !k->smooth || !k->total || !k->density || !k->miss || !k->sorted || !k->weight || !k->gap || !k->level || !k->outlier;
 	for (size_t i = 0; i < in->count && !failed; i++) {
-		if (k->hold > 1 && i % k->hold == k->hold / 2)
+		if (rbf_held_out(k->hold, i))
 			continue;
 		for (int a = 0; a < 3; a++)
 			w[k->n][a] = (float)in->outgoing[3*i + (size_t)a];
@@ -205,8 +208,9 @@ static float gap_at(work *k, size_t i)
 }
 
 /* The farthest-point order is a hierarchy: its first quarter covers the same ground at twice the spacing. Each such level adds
- * its centres once more with the width of its own spacing, so that smooth parts can be carried by few wide lobes. */
-static int widths(work *k)
+ * its centres once more with the width of its own spacing, so that smooth parts can be carried by few wide lobes. narrow: the finest
+ * once more, narrower, so that edges can be as sharp as centres are near. */
+static int widths(work *k, int narrow)
 {
 	const uint32_t finest = k->lobes;
 	for (uint32_t level = finest; level >= LEVEL_MIN || level == finest; level /= LEVEL_RATIO) {
@@ -228,6 +232,10 @@ static int widths(work *k)
 			const uint32_t at = level == finest ? j : k->lobes++;
 			memcpy(k->centre[at], k->centre[j], sizeof *k->centre);
 			k->kappa[at] = (float)(1 / (sigma * sigma));
+		}
+		for (uint32_t j = 0; j < level && level == finest && narrow; j++, k->lobes++) {
+			memcpy(k->centre[k->lobes], k->centre[j], sizeof *k->centre);
+			k->kappa[k->lobes] = fminf(k->kappa[j] * (float)(WIDTH * WIDTH / (NARROW * NARROW)), (float)(1 / (SIGMA_MIN * SIGMA_MIN)));
 		}
 		rbf_tree_free(&tree);
 		if (!level)
@@ -263,7 +271,7 @@ static void weigh(work *k)
 }
 
 /* Farthest-point order in the density-adapted metric. */
-static int place(work *k, uint32_t lobes)
+static int place(work *k, uint32_t lobes, int narrow)
 {
 	if (lobes > k->n)
 		lobes = (uint32_t)k->n;
@@ -271,7 +279,7 @@ static int place(work *k, uint32_t lobes)
 		lobes = (uint32_t)(.5 * lobes + .4 * sqrt((double)lobes));
 	if (!(k->top > 0))
 		lobes = 0; /* nothing but the Lambertian part */
-	const size_t room = 2 * (size_t)lobes + RBF_PEAKS_MOST + MISSED * ROUNDS + 1;
+	const size_t room = 3 * (size_t)lobes + RBF_PEAKS_MOST + MISSED * ROUNDS + 1;
 	k->centre = malloc(room * sizeof *k->centre);
 	k->kappa = malloc(room * sizeof *k->kappa);
 	k->across = malloc(((size_t)lobes + 1) * sizeof *k->across);
@@ -286,7 +294,7 @@ static int place(work *k, uint32_t lobes)
 	if (placed < 0)
 		return -1;
 	k->lobes = (uint32_t)placed;
-	if ((k->paired && rbf_twins_settle_all(k->lobes, k->centre)) || widths(k))
+	if ((k->paired && rbf_twins_settle_all(k->lobes, k->centre)) || widths(k, narrow))
 		return -1;
 	const rbf_peaks_samples samples = {&k->tree, (const uint32_t (*)[RBF_NEAR])k->near, k->level, k->smooth, (float)DARK * k->top};
 	k->peak[0] = k->lobes;
@@ -415,8 +423,10 @@ static int areas(work *k)
 {
 	const rbf_incidence *in = k->incidence;
 	size_t held = 0;
-	k->area = malloc((in->count / k->hold + 1) * sizeof *k->area);
-	for (size_t i = k->hold / 2; i < in->count && k->area; i += k->hold) {
+	k->area = malloc((in->count - k->n + 1) * sizeof *k->area);
+	for (size_t i = 0; i < in->count && k->area; i++) {
+		if (!rbf_held_out(k->hold, i))
+			continue;
 		const float y = (float)in->outgoing[3*i + 1], w[3] = {(float)in->outgoing[3*i], k->paired ? fabsf(y) : y, (float)in->outgoing[3*i + 2]};
 		k->area[held++] = area_at(k, w, AREA_AROUND);
 	}
@@ -430,7 +440,9 @@ static float held_out_error(const work *k, const rbf_lobes *lobes)
 	const uint32_t channels = (uint32_t)k->channels;
 	double difference = 0, total = 0;
 	size_t held = 0;
-	for (size_t i = k->hold / 2; i < in->count && k->hold > 1; i += k->hold) {
+	for (size_t i = 0; i < in->count; i++) {
+		if (!rbf_held_out(k->hold, i))
+			continue;
 		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
 		float v[3];
 		const double area = (double)k->area[held++];
@@ -499,13 +511,14 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 {
 	memset(out, 0, sizeof *out);
 	memset(k->outlier, 0, k->n);
-	int failed = place(k, lobes) || equations(k, k->channels) || solve(k, out);
+	int failed = place(k, lobes & ~RBF_FIT_NARROW, (lobes & RBF_FIT_NARROW) != 0) || equations(k, k->channels) || solve(k, out);
 	float spread = failed || !k->lobes ? 0 : find_misses(k, out);
 	if (!failed && k->lobes && find_outliers(k, spread)) {
 		rbf_lobes_free(out);
 		failed = rbf_equations_leave_out(&k->equations, k->outlier) || solve(k, out);
 		spread = failed ? 0 : find_misses(k, out);
 	}
+	k->spread = spread;
 	for (int round = 0; round < ROUNDS && spread > 0; round++) {
 		const int more = add_missed(k, spread);
 		failed = more < 0;
@@ -523,6 +536,8 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 		rbf_lobes_free(out);
 	return failed ? -1 : 0;
 }
+
+float rbf_fit_spread(const rbf_fitting *k) { return k->spread; }
 
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
 	rbf_lobes *out, float *error)

@@ -10,8 +10,11 @@
  * Returns 0, or -1 when out of memory or a process gave up. Opens OpenMP regions. */
 int rbf_fit_lambertian(const rbf_team *team, const rbf_measured *measured, int channels, float lambertian[3]);
 
+/* With a number of places: narrower lobes there as well, for edges and thin lines. */
+#define RBF_FIT_NARROW 0x80000000u
+
 /* Fits lobes to the samples less the Lambertian part: at `lobes` places, with wider ones among them, and where those miss several samples
- * alike. `hold` > 1 leaves out every hold-th sample and puts the
+ * alike. `hold` > 1 leaves out one sample in so many and puts the
  * relative L1 of the fit against those, each for the solid angle it stands for and all channels alike, in *error, unless that is NULL (-1: none left out). Returns 0,
  * or -1 when out of memory. Thread-safe. */
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
@@ -22,5 +25,6 @@ int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian
 typedef struct rbf_fitting rbf_fitting;
 rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t hold);
 int rbf_fit_lobes(rbf_fitting *fitting, uint32_t lobes, rbf_lobes *out, float *error);
+float rbf_fit_spread(const rbf_fitting *fitting); /* of the relative differences of the last fit from its samples: 1.5 times their median */
 void rbf_fit_end(rbf_fitting *fitting);
 #endif

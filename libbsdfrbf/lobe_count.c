@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * Lobes cost: bytes, and time of everything that follows. Their number is doubled as long as that takes a tenth off the error against
- * held-out samples, noise included, and halved where that adds next to nothing.
+ * held-out samples, noise included, and halved where that adds next to nothing. Where samples held out are missed by more than noise is,
+ * there may be edges or thin lines, and narrower lobes are tried as well.
  */
 #include "lobe_count.h"
 
 enum { HOLD = 8, START = 150, MOST = 600 };
 static const float GAIN = .9f, SAME = 1.005f;
+static const float NOISE = 2.5f; /* times the spread: three times what noise alone would be */
 
 /* Error against held-out samples with a number of lobes. */
 static int try_lobes(rbf_fitting *fitting, uint32_t lobes, float *error)
@@ -17,6 +19,22 @@ static int try_lobes(rbf_fitting *fitting, uint32_t lobes, float *error)
 	return failed;
 }
 
+/* From the number found on; twice as many where these gain half of what they should. */
+static int try_narrow(rbf_fitting *fitting, uint32_t *lobes, float *error)
+{
+	for (uint32_t n = *lobes; n <= MOST; n *= 2) {
+		float next;
+		if (try_lobes(fitting, n | RBF_FIT_NARROW, &next))
+			return -1;
+		if (next < GAIN * *error) {
+			*lobes = n | RBF_FIT_NARROW;
+			*error = next;
+		} else if (!(next < .5f * (1 + GAIN) * *error) || *lobes & RBF_FIT_NARROW)
+			break;
+	}
+	return 0;
+}
+
 static int from_samples(const rbf_incidence *in, int channels, const float lambertian[3], uint32_t *lobes, float *error)
 {
 	rbf_incidence one = *in;
@@ -24,6 +42,7 @@ static int from_samples(const rbf_incidence *in, int channels, const float lambe
 	rbf_fitting *fitting = rbf_fit_begin(&one, channels, lambertian, HOLD);
 	int failed = !fitting || try_lobes(fitting, START, error);
 	float next;
+	float spread = failed ? 0 : rbf_fit_spread(fitting);
 	*lobes = START;
 	while (!failed && 2 * *lobes <= MOST) {
 		failed = try_lobes(fitting, 2 * *lobes, &next);
@@ -31,6 +50,7 @@ static int from_samples(const rbf_incidence *in, int channels, const float lambe
 			break;
 		*lobes *= 2;
 		*error = next;
+		spread = rbf_fit_spread(fitting);
 	}
 	if (!failed && *lobes == START) {
 		failed = try_lobes(fitting, START / 2, &next);
@@ -39,6 +59,8 @@ static int from_samples(const rbf_incidence *in, int channels, const float lambe
 			*error = next;
 		}
 	}
+	if (!failed && *error > NOISE * spread)
+		failed = try_narrow(fitting, lobes, error);
 	rbf_fit_end(fitting);
 	return failed ? -1 : 0;
 }
