@@ -7,6 +7,7 @@
  */
 #include "fit.h"
 #include "arrange.h"
+#include "between.h"
 #include "equations.h"
 #include "farthest.h"
 #include "held_out.h"
@@ -20,7 +21,7 @@
 
 enum { ROUNDS = 6, MISSED = 32, FEW = 4 }; /* rounds in which lobes join; how many in each at most; so few make it the last one */
 enum { SOME = 4 }; /* every fourth sample tells the median */
-enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, AREA_AROUND = 32, BRIDGED_AROUND = 16 };
+enum { SMOOTH = 8, SPACING = 5, LEVEL_RATIO = 4, LEVEL_MIN = 8, BRIDGED_AROUND = 16 };
 static const double DENSITY = .4;       /* spacing ~ signal^-DENSITY */
 static const double FLOOR = 1e-4;       /* of the maximum: below, the signal asks for no more lobes */
 static const double WIDTH = .8;         /* sigma over the mean distance of the nearest centres */
@@ -33,7 +34,6 @@ static const double DARK = 1e-3;        /* of the maximum: below, no peak and no
 static const float FAINT = .1f;         /* of the mean of all directions: values below, and below DARK, count as this much: they are hardly any light */
 static const float LEAST = 1e-8f;       /* of the maximum: in any case */
 static const float LOW = 1e-6f;         /* of the maximum: what the smoothed signal is at least, or a tenth of what counts */
-static const float SAME = 1e-12f;       /* square of a distance: no distance */
 
 /* Working arrays of one incidence: what its fits share, and those of the last one. */
 typedef struct rbf_fitting {
@@ -54,7 +54,7 @@ typedef struct rbf_fitting {
 	float *miss, *sorted;     /* what the fit lacks, over what there is in all; scratch */
 	float *weight;            /* of the squared difference, all samples */
 	float *gap;               /* gap_at(), -1: not asked yet */
-	float *area;              /* of the samples held out (areas()), NULL: not asked yet */
+	float *area;              /* of the samples held out, NULL: not asked yet */
 	uint8_t *outlier;         /* 1: not used */
 	float mix[3];             /* of the channels, by which each counts alike */
 	float *level;             /* y so mixed: lobes are placed where any channel has light */
@@ -81,46 +81,58 @@ static void forget(work *k)
 	k->amplitude = NULL;
 }
 
+static int room_for(work *k)
+{
+	for (int c = 0; c < k->channels; c++)
+		k->y[c] = malloc((k->n + 1) * sizeof(float));
+	k->near = malloc((k->n + 1) * sizeof *k->near);
+	k->smooth = malloc((k->n + 1) * sizeof(float));
+	k->total = malloc((k->n + 1) * sizeof(float));
+	k->density = malloc((k->n + 1) * sizeof(float));
+	k->miss = malloc((k->n + 1) * sizeof(float));
+	k->sorted = malloc((k->n + 1) * sizeof(float));
+	k->weight = malloc((k->n + 1) * sizeof(float));
+	k->gap = malloc((k->n + 1) * sizeof(float));
+	k->level = malloc((k->n + 1) * sizeof(float));
+	k->outlier = calloc(k->n + 1, 1);
+	return !k->y[0] || (k->channels == 3 && (!k->y[1] || !k->y[2])) || !k->near || !k->smooth || !k->total || !k->density || !k->miss || !k->sorted
+		|| !k->weight || !k->gap || !k->level || !k->outlier ? -1 : 0;
+}
+
 /* Samples in use, in the order of a tree: near ones follow each other. */
-static int gather(work *k)
+static int gather(work *k, int between)
 {
 	const rbf_incidence *in = k->incidence;
-	const int channels = k->channels;
-	float (*w)[3] = malloc((in->count + 1) * sizeof *w);
-	size_t *from = malloc((in->count + 1) * sizeof *from);
-	for (int c = 0; c < channels; c++)
-		k->y[c] = malloc((in->count + 1) * sizeof(float));
-	k->near = malloc((in->count + 1) * sizeof *k->near);
-	k->smooth = malloc((in->count + 1) * sizeof(float));
-	k->total = malloc((in->count + 1) * sizeof(float));
-	k->density = malloc((in->count + 1) * sizeof(float));
-	k->miss = malloc((in->count + 1) * sizeof(float));
-	k->sorted = malloc((in->count + 1) * sizeof(float));
-	k->weight = malloc((in->count + 1) * sizeof(float));
-	k->gap = malloc((in->count + 1) * sizeof(float));
-	k->level = malloc((in->count + 1) * sizeof(float));
-	k->outlier = calloc(in->count + 1, 1);
-	int failed = !w || !from || !k->y[0] || (channels == 3 && (!k->y[1] || !k->y[2])) || !k->near || !k->smooth || !k->total || !k->density || !k->miss || !k->sorted || !k->weight || !k->gap || !k->level || !k->outlier;
+	const size_t channels = (size_t)k->channels;
+	float (*w)[3] = malloc((in->count + 1) * sizeof *w), *value[3] = {NULL, NULL, NULL};
+	int failed = !w;
+	for (size_t c = 0; c < channels; c++) {
+		value[c] = malloc((in->count + 1) * sizeof(float));
+		failed |= !value[c];
+	}
 	for (size_t i = 0; i < in->count && !failed; i++) {
 		if (rbf_held_out(k->hold, i))
 			continue;
-		for (int a = 0; a < 3; a++)
-			w[k->n][a] = (float)in->outgoing[3*i + (size_t)a];
+		for (size_t a = 0; a < 3; a++)
+			w[k->n][a] = (float)in->outgoing[3*i + a];
 		w[k->n][1] = k->paired ? fabsf(w[k->n][1]) : w[k->n][1];
-		from[k->n++] = i;
+		for (size_t c = 0; c < channels; c++)
+			value[c][k->n] = in->dsf[i * channels + c];
+		k->n++;
 	}
-	failed = failed || rbf_tree_build(&k->tree, k->n, (const float (*)[3])w);
+	failed = failed || (between && rbf_between_add(&k->n, &w, k->channels, value)) || room_for(k)
+		|| rbf_tree_build(&k->tree, k->n, (const float (*)[3])w);
 	for (size_t i = 0; i < k->n && !failed; i++) {
-		const size_t sample = from[k->tree.index[i]];
+		const size_t sample = k->tree.index[i];
 		k->tree.index[i] = (uint32_t)i;
-		for (int c = 0; c < channels; c++)
-			k->y[c][i] = in->dsf[sample * (size_t)channels + (size_t)c] - k->lambertian[c] * k->tree.point[i][2] * (float)(1 / RBF_PI);
-	}
-	for (size_t i = 0; i < k->n && !failed; i++)
 		k->gap[i] = -1;
+		for (size_t c = 0; c < channels; c++)
+			k->y[c][i] = value[c][sample] - k->lambertian[c] * k->tree.point[i][2] * (float)(1 / RBF_PI);
+	}
 	k->w = k->tree.point;
+	for (size_t c = 0; c < channels; c++)
+		free(value[c]);
 	free(w);
-	free(from);
 	return failed ? -1 : 0;
 }
 
@@ -244,15 +256,6 @@ static int widths(work *k, int narrow)
 	return 0;
 }
 
-/* The solid angle that a sample stands for, up to a common factor that of a cap which holds so many others. */
-static float area_at(const work *k, const float w[3], int others)
-{
-	uint32_t index[AREA_AROUND];
-	float distance[AREA_AROUND];
-	const int found = rbf_tree_nearest(&k->tree, w, others, index, distance);
-	return found ? distance[found - 1] + SAME : 1;
-}
-
 /* Density of lobes from the smoothed signal, and weights from it and the Lambertian part: their inverse, since the noisy signal would bias
  * the energy; down to what hardly is any light: a haze of a millionth of a narrow beam may be as much in all. Where scan lines are bridged, dense
  * ones would outvote those across them. */
@@ -266,7 +269,7 @@ static void weigh(work *k)
 		k->density[i] = powf(fmaxf(signal, (float)FLOOR), (float)DENSITY);
 		const float total = k->smooth[i] + lambertian_at(k, i);
 		k->total[i] = fmaxf(total, (float)DARK * k->top);
-		k->weight[i] = (k->incidence->lines ? sqrtf(area_at(k, k->w[i], BRIDGED_AROUND)) : 1) / fmaxf(total, k->faint);
+		k->weight[i] = (k->incidence->lines ? sqrtf(rbf_tree_cap(&k->tree, k->w[i], BRIDGED_AROUND)) : 1) / fmaxf(total, k->faint);
 	}
 }
 
@@ -418,44 +421,6 @@ static int add_missed(work *k, float spread)
 	return (int)(k->lobes - former);
 }
 
-/* Samples are dense where there is much light: each counts for the solid angle it stands for. Returns -1 when out of memory. */
-static int areas(work *k)
-{
-	const rbf_incidence *in = k->incidence;
-	size_t held = 0;
-	k->area = malloc((in->count - k->n + 1) * sizeof *k->area);
-	for (size_t i = 0; i < in->count && k->area; i++) {
-		if (!rbf_held_out(k->hold, i))
-			continue;
-		const float y = (float)in->outgoing[3*i + 1], w[3] = {(float)in->outgoing[3*i], k->paired ? fabsf(y) : y, (float)in->outgoing[3*i + 2]};
-		k->area[held++] = area_at(k, w, AREA_AROUND);
-	}
-	return k->area ? 0 : -1;
-}
-
-/* -1: none held out. */
-static float held_out_error(const work *k, const rbf_lobes *lobes)
-{
-	const rbf_incidence *in = k->incidence;
-	const uint32_t channels = (uint32_t)k->channels;
-	double difference = 0, total = 0;
-	size_t held = 0;
-	for (size_t i = 0; i < in->count; i++) {
-		if (!rbf_held_out(k->hold, i))
-			continue;
-		const float w[3] = {(float)in->outgoing[3*i], (float)in->outgoing[3*i + 1], (float)in->outgoing[3*i + 2]};
-		float v[3];
-		const double area = (double)k->area[held++];
-		rbf_lobes_sum(lobes, w, v);
-		for (uint32_t c = 0; c < channels; c++) {
-			const double t = (double)in->dsf[i * channels + c], part = area * (double)k->mix[c];
-			difference += part * fabs(v[c] + k->lambertian[c] * w[2] / RBF_PI - t);
-			total += part * fabs(t);
-		}
-	}
-	return total > 0 ? (float)(difference / total) : -1;
-}
-
 static int solve(work *k, rbf_lobes *out)
 {
 	const rbf_equations *e = &k->equations;
@@ -465,7 +430,7 @@ static int solve(work *k, rbf_lobes *out)
 	return (k->paired ? rbf_twins_arrange : rbf_arrange)(k->lobes, (const float (*)[3])k->centre, k->kappa, k->amplitude, k->channels, out);
 }
 
-rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t hold)
+rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t hold, int between)
 {
 	work *k = calloc(1, sizeof *k);
 	if (!k)
@@ -474,8 +439,8 @@ rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const f
 	k->channels = channels;
 	memcpy(k->lambertian, lambertian, (size_t)channels * sizeof *lambertian);
 	k->hold = hold;
-	k->paired = incidence->paired;
-	if (gather(k)) {
+	k->paired = incidence->paired && !between;
+	if (gather(k, between)) {
 		rbf_fit_end(k);
 		return NULL;
 	}
@@ -511,7 +476,7 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 {
 	memset(out, 0, sizeof *out);
 	memset(k->outlier, 0, k->n);
-	int failed = place(k, lobes & ~RBF_FIT_NARROW, (lobes & RBF_FIT_NARROW) != 0) || equations(k, k->channels) || solve(k, out);
+	int failed = place(k, lobes & RBF_FIT_PLACES, (lobes & RBF_FIT_NARROW) != 0) || equations(k, k->channels) || solve(k, out);
 	float spread = failed || !k->lobes ? 0 : find_misses(k, out);
 	if (!failed && k->lobes && find_outliers(k, spread)) {
 		rbf_lobes_free(out);
@@ -528,9 +493,12 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 		failed = solve(k, out);
 		spread = failed || more < FEW ? 0 : find_misses(k, out);
 	}
-	failed = failed || (error && k->hold > 1 && !k->area && areas(k));
+	if (!failed && error && k->hold > 1 && !k->area) {
+		k->area = rbf_held_out_areas(k->incidence, k->hold, k->paired, &k->tree);
+		failed = !k->area;
+	}
 	if (!failed && error)
-		*error = held_out_error(k, out);
+		*error = rbf_held_out_error(k->incidence, k->channels, k->hold, k->lambertian, k->mix, k->area, out);
 	forget(k);
 	if (failed)
 		rbf_lobes_free(out);
@@ -542,7 +510,7 @@ float rbf_fit_spread(const rbf_fitting *k) { return k->spread; }
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
 	rbf_lobes *out, float *error)
 {
-	rbf_fitting *k = rbf_fit_begin(incidence, channels, lambertian, hold);
+	rbf_fitting *k = rbf_fit_begin(incidence, channels, lambertian, hold, (lobes & RBF_FIT_BETWEEN) != 0);
 	memset(out, 0, sizeof *out);
 	const int failed = !k || rbf_fit_lobes(k, lobes, out, error);
 	rbf_fit_end(k);

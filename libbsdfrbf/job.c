@@ -192,6 +192,9 @@ bsdfrbf_status rbf_job_pair(bsdfrbf_context *context, rbf_job *j, const rbf_comp
 	float error[RBF_TRIALS_MOST];
 	int better = 1;
 	for (size_t b = 0; b < j->measured.count; b++)
+		if (j->lobes[b] & ~RBF_FIT_PLACES) /* of edges that samples hardly show, each side tells for itself */
+			return BSDFRBF_OK;
+	for (size_t b = 0; b < j->measured.count; b++)
 		j->measured.incidence[b].paired = 1;
 	int failed = rbf_trials_make(&trials, j->measured.count, j->direction);
 	if (!failed && !j->asked)

@@ -6,8 +6,8 @@
 #include "trials.h"
 
 /* Number of lobes for every incidence, whether it is paired or not, lobes[measured->count]: found at the trials; an incidence takes the larger number of
- * the two next to it, narrow ones (RBF_FIT_NARROW) first. error[trials->count]: relative L1 of the trials' fits against held-out samples. Opens an OpenMP region. Returns 0, or -1 when out of
- * memory or a process gave up. */
+ * the two next to it, with RBF_FIT_NARROW or RBF_FIT_BETWEEN where that is better. error[trials->count]: relative L1 of the trials' fits against held-out
+ * samples. Opens OpenMP regions. Returns 0, or -1 when out of memory or a process gave up. */
 int rbf_lobe_count(const rbf_team *team, const rbf_measured *measured, const rbf_trials *trials, int channels, const float lambertian[3],
 	uint32_t *lobes, float *error);
 

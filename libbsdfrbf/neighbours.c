@@ -9,6 +9,7 @@
 
 enum { LEAF = 12, BRANCHLESS = 24, GAP_AROUND = 48 };
 static const float AXIS = .41421356f; /* tan 22.5 degrees */
+static const float SAME = 1e-12f;     /* square of a distance: no distance */
 
 /* A point and the caller's index of it, whose bits are the last lane. */
 typedef rbf_lanes item;
@@ -238,6 +239,14 @@ int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *in
 		distance[found] = distance_of(s.key[found]);
 	}
 	return found;
+}
+
+float rbf_tree_cap(const rbf_tree *tree, const float p[3], int points)
+{
+	uint32_t index[RBF_NEAREST_MOST];
+	float distance[RBF_NEAREST_MOST];
+	const int found = rbf_tree_nearest(tree, p, points, index, distance);
+	return found ? distance[found - 1] + SAME : 1;
 }
 
 /* What is seen from p, in its tangent plane: the squared distance of the nearest along each of four axes. */

@@ -37,6 +37,9 @@ static inline int rbf_near_highest(const uint32_t (*near)[RBF_NEAR], const float
 /* The `k` (at most RBF_NEAREST_MOST) points nearest to p, nearest first, into index[k] and squared distance[k]. Returns how many. */
 int rbf_tree_nearest(const rbf_tree *tree, const float p[3], int k, uint32_t *index, float *distance);
 
+/* Squared radius of the cap about p that holds so many points: its area, up to a factor. More than 0. */
+float rbf_tree_cap(const rbf_tree *tree, const float p[3], int points);
+
 /* How far directions are apart about one of them, along the axis where they are farthest: samples of a scan by arcs may be ten times as
  * far from each other across the arcs as along them, and lobes as narrow as along would leave the dark between. Either side of an axis will
  * do, as at the horizon or a hole there is but one. all: those far off are asked too, if the nearest do not tell as they lie on one line; 0 if

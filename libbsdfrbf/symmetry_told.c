@@ -138,7 +138,7 @@ bsdfrbf_status rbf_told_join(bsdfrbf_context *context, double progress, rbf_job 
 		return rbf_out_of_memory(context);
 	if (gone || j->mirrored)
 		RBF_TRY(rbf_job_fit(context, progress, j, c));
-	return j->turned && alike(j, c) ? rbf_job_pair(context, j, c) : BSDFRBF_OK;
+	return j->turned && !j->measured.ready && alike(j, c) ? rbf_job_pair(context, j, c) : BSDFRBF_OK;
 }
 
 bsdfrbf_status rbf_told_isotropic(bsdfrbf_context *context, rbf_job *j, const rbf_component *c, int *found)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Thin rings and sharp edges in coarse tables. */
+/* Thin rings and sharp edges in coarse tables, and where samples are far apart. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -7,6 +7,8 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "between.h"
+#include "held_out.h"
 #include "lobe_count.h"
 #include "model_fixture.h"
 
@@ -22,13 +24,16 @@ static double ring(const double o[3]) { const double d = (from_middle(o) - .34) 
 static double disc(const double o[3]) { return .5 * erfc((from_middle(o) - .34) / .017) + .01 * o[2]; }
 static double smooth(const double o[3]) { const double d = from_middle(o) / .2; return exp(-.5 * d*d) + .1 * o[2]; }
 
-/* With 2 % of noise. */
-static void measure(truth *f)
+/* With 2 % of noise, in a table or by chance. */
+static void measure(truth *f, int by_chance)
 {
 	uint64_t seed = 5;
 	for (int i = 0; i < SAMPLES; i++) {
 		double noise = 0;
-		polar(i ? 2.5 * (1 + (i - 1) / PHIS) : 0, i ? 5. * ((i - 1) % PHIS) : 0, outgoing + 3*i);
+		if (by_chance)
+			polar(acos(1 - .995 * random_unit(&seed)) / DEGREE, 360 * random_unit(&seed), outgoing + 3*i);
+		else
+			polar(i ? 2.5 * (1 + (i - 1) / PHIS) : 0, i ? 5. * ((i - 1) % PHIS) : 0, outgoing + 3*i);
 		for (int k = 0; k < 12; k++)
 			noise += random_unit(&seed) - .5;
 		dsf[i] = (float)(f(outgoing + 3*i) * (1 + .02 * noise));
@@ -76,38 +81,122 @@ static uint32_t places_found(float *held_out)
 	return places[0];
 }
 
-static void narrow_where_needed(void **state)
+static void sharp_where_needed(void **state)
 {
 	(void)state;
-	static const struct { const char *name; truth *f; int narrow; double most; } list[] = {{"ring", ring, 1, .25}, {"smooth", smooth, 0, .02}};
+	static const struct { const char *name; truth *f; int by_chance, sharp; double most; } list[] = {
+		{"ring", ring, 0, 1, .25}, {"disc by chance", disc, 1, 1, .12}, {"smooth", smooth, 0, 0, .02}, {"smooth by chance", smooth, 1, 0, .02}};
 	for (size_t n = 0; n < sizeof list / sizeof *list; n++) {
 		float held_out;
 		double energy;
-		measure(list[n].f);
+		measure(list[n].f, list[n].by_chance);
 		const uint32_t places = places_found(&held_out);
 		const double error = error_of(list[n].f, places, &energy);
-		print_message("%s: %u places%s, L1 %.4f, of samples held out %.4f, energy %.3f\n", list[n].name, places & ~RBF_FIT_NARROW,
-			places & RBF_FIT_NARROW ? ", narrow" : "", error, (double)held_out, energy);
-		assert_int_equal((places & RBF_FIT_NARROW) != 0, list[n].narrow);
+		print_message("%s: %u places%s%s, L1 %.4f, of samples held out %.4f, energy %.3f\n", list[n].name, places & RBF_FIT_PLACES,
+			places & RBF_FIT_NARROW ? ", narrow" : "", places & RBF_FIT_BETWEEN ? ", between" : "", error, (double)held_out, energy);
+		assert_int_equal(places > RBF_FIT_PLACES, list[n].sharp);
 		assert_true(error < list[n].most);
 		assert_true(fabs(energy - 1) < list[n].most / 2);
 	}
 }
 
-/* Narrow lobes make an edge sharper. */
+/* Narrow lobes make an edge sharper, and so does what lies between samples. */
 static void sharper(void **state)
 {
 	(void)state;
-	double energy[2];
-	measure(disc);
-	const double wide = error_of(disc, 300, &energy[0]), narrow = error_of(disc, 300 | RBF_FIT_NARROW, &energy[1]);
-	print_message("disc: L1 %.4f, with narrow ones %.4f; energy %.3f, %.3f\n", wide, narrow, energy[0], energy[1]);
-	assert_true(narrow < .75 * wide);
-	assert_true(fabs(energy[1] - 1) < .02);
+	for (int by_chance = 0; by_chance < 2; by_chance++) {
+		double energy[3];
+		measure(disc, by_chance);
+		const double wide = error_of(disc, 300, &energy[0]), narrow = error_of(disc, 300 | RBF_FIT_NARROW, &energy[1]),
+			between = error_of(disc, 300 | RBF_FIT_BETWEEN, &energy[2]);
+		print_message("disc%s: L1 %.4f, with narrow ones %.4f, between samples %.4f; energy %.3f, %.3f, %.3f\n", by_chance ? " by chance" : "", wide,
+			narrow, between, energy[0], energy[1], energy[2]);
+		assert_true(by_chance || narrow < .75 * wide);
+		assert_true(between < (by_chance ? .6 : .75) * wide);
+		assert_true(fabs(energy[2] - 1) < .025 && fabs(energy[2] - 1) < fabs(energy[0] - 1) + .01);
+	}
+}
+
+/* A middle for each side and diagonal of a grid; on the sphere, each sample has one with its nearest, none is far off, and they hold the means. */
+static void between_samples(void **state)
+{
+	(void)state;
+	enum { SIDE = 9, COUNT = 500 };
+	size_t count = SIDE * SIDE;
+	float (*w)[3] = malloc(count * sizeof *w), *value[3] = {malloc(count * sizeof(float)), NULL, NULL};
+	assert_non_null(w);
+	assert_non_null(value[0]);
+	for (size_t i = 0; i < count; i++) {
+		double d[3];
+		polar(40 + (double)(i / SIDE), 1.5 * (double)(i % SIDE), d);
+		for (int a = 0; a < 3; a++)
+			w[i][a] = (float)d[a];
+		value[0][i] = w[i][0];
+	}
+	assert_int_equal(rbf_between_add(&count, &w, 1, value), 0);
+	print_message("%d samples of a grid, %zu between\n", SIDE * SIDE, count - SIDE * SIDE);
+	assert_in_range(count - SIDE * SIDE, 4 * (SIDE - 1) * (SIDE - 1), 4 * SIDE * (SIDE - 1));
+	for (size_t i = SIDE * SIDE; i < count; i++)
+		assert_true(fabsf(value[0][i] - w[i][0]) < 2e-4f && fabsf(rbf_dot(w[i], w[i]) - 1) < 1e-6f);
+
+	uint64_t seed = 3;
+	count = COUNT;
+	w = realloc(w, count * sizeof *w);
+	value[0] = realloc(value[0], count * sizeof(float));
+	assert_non_null(w);
+	assert_non_null(value[0]);
+	for (size_t i = 0; i < count; i++) {
+		double d[3];
+		polar(acos(random_unit(&seed)) / DEGREE, 360 * random_unit(&seed), d);
+		for (int a = 0; a < 3; a++)
+			w[i][a] = (float)d[a];
+		value[0][i] = 1;
+	}
+	assert_int_equal(rbf_between_add(&count, &w, 1, value), 0);
+	print_message("%d samples by chance, %zu between\n", COUNT, count - COUNT);
+	assert_in_range(count - COUNT, 2 * COUNT, 3 * COUNT);
+	for (size_t i = 0; i < COUNT; i++) {
+		float nearest = INFINITY, middle = INFINITY;
+		for (size_t j = 0; j < count; j++) {
+			const float d[3] = {w[j][0] - w[i][0], w[j][1] - w[i][1], w[j][2] - w[i][2]}, distance = sqrtf(rbf_dot(d, d));
+			if (j < COUNT && j != i)
+				nearest = fminf(nearest, distance);
+			else if (j >= COUNT)
+				middle = fminf(middle, distance);
+		}
+		assert_true(middle < .505f * nearest);
+	}
+	free(w);
+	free(value[0]);
+}
+
+/* Samples are held out of all rows and columns of a table alike. */
+static void held_out_everywhere(void **state)
+{
+	(void)state;
+	static const size_t columns[] = {8, 12, 16, 24, 36, 37, 72, 73, 90, 144, 181, 360};
+	for (uint32_t hold = 2; hold <= 8; hold += 6)
+		for (size_t c = 0; c < sizeof columns / sizeof *columns; c++) {
+			const size_t rows = 64;
+			size_t all = 0, every = 0;
+			for (size_t x = 0; x < columns[c]; x++) {
+				size_t held = 0;
+				for (size_t y = 0; y < rows; y++) {
+					held += (size_t)rbf_held_out(RBF_HOLD_BY_CHANCE(hold, c % 4), y * columns[c] + x);
+					every += (size_t)rbf_held_out(hold, y * columns[c] + x);
+				}
+				assert_in_range(held, 1, 3 * rows / hold);
+				all += held;
+			}
+			assert_int_equal(all, rows * columns[c] / hold);
+			assert_int_equal(every, rows * columns[c] / hold);
+		}
+	assert_false(rbf_held_out(0, 0) || rbf_held_out(1, 0));
 }
 
 int main(void)
 {
-	const struct CMUnitTest tests[] = {cmocka_unit_test(narrow_where_needed), cmocka_unit_test(sharper)};
+	const struct CMUnitTest tests[] = {cmocka_unit_test(sharp_where_needed), cmocka_unit_test(sharper), cmocka_unit_test(between_samples),
+		cmocka_unit_test(held_out_everywhere)};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

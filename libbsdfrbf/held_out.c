@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Samples are dense where there is much light: each counts for the solid angle it stands for. */
+#include "held_out.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { AROUND = 32 };
+
+static void direction_of(const rbf_incidence *in, size_t i, float w[3])
+{
+	for (size_t a = 0; a < 3; a++)
+		w[a] = (float)in->outgoing[3*i + a];
+}
+
+float *rbf_held_out_areas(const rbf_incidence *in, uint32_t hold, int folded, const rbf_tree *used)
+{
+	float *area = malloc((in->count + 1) * sizeof *area);
+	size_t held = 0;
+	for (size_t i = 0; i < in->count && area; i++) {
+		float w[3];
+		if (!rbf_held_out(hold, i))
+			continue;
+		direction_of(in, i, w);
+		w[1] = folded ? fabsf(w[1]) : w[1];
+		area[held++] = rbf_tree_cap(used, w, AROUND);
+	}
+	return area;
+}
+
+float rbf_held_out_error(const rbf_incidence *in, int channels, uint32_t hold, const float lambertian[3], const float mix[3],
+	const float *area, const rbf_lobes *lobes)
+{
+	double difference = 0, total = 0;
+	size_t held = 0;
+	for (size_t i = 0; i < in->count; i++) {
+		float w[3], v[3];
+		if (!rbf_held_out(hold, i))
+			continue;
+		direction_of(in, i, w);
+		rbf_lobes_sum(lobes, w, v);
+		for (int c = 0; c < channels; c++) {
+			const double t = (double)in->dsf[i * (size_t)channels + (size_t)c], part = (double)area[held] * (double)mix[c];
+			difference += part * fabs(v[c] + lambertian[c] * w[2] / RBF_PI - t);
+			total += part * fabs(t);
+		}
+		held++;
+	}
+	return total > 0 ? (float)(difference / total) : -1;
+}
