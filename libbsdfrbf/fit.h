@@ -17,9 +17,8 @@ int rbf_fit_lambertian(const rbf_team *team, const rbf_measured *measured, int c
 #define RBF_FIT_PLACES 0x3fffffffu
 
 /* Fits lobes to the samples less the Lambertian part: at `lobes` places, with wider ones among them, and where those miss several samples
- * alike. `hold` > 1 leaves out one sample in so many (held_out.h) and puts the
- * relative L1 of the fit against those, each for the solid angle it stands for and all channels alike, in *error, unless that is NULL (-1: none left out). Returns 0,
- * or -1 when out of memory. Thread-safe. */
+ * alike. `hold` > 1 leaves out one sample in so many (held_out.h) and puts the relative L1 of the fit against those, each for the solid angle it
+ * stands for and all channels alike, in *error, unless that is NULL (-1: none left out). Returns 0, or -1 when out of memory. Thread-safe. */
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
 	rbf_lobes *out, float *error);
 
