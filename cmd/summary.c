@@ -13,6 +13,7 @@ const char *const summary_name[4] = {"rf", "rb", "tf", "tb"};
 
 static const double WIDE = 2; /* a gap of more than this many mean spacings is a hole */
 static const double ELSEWHERE = .05; /* of the hemisphere: a hole that is neither around the source nor at the horizon */
+static const double MANY = 1. / 3; /* of the incidences: more are no slips */
 static const float COARSE = .15; /* noise is hardly that much */
 
 static int ascending(const void *a, const void *b)
@@ -181,21 +182,39 @@ static void name_farthest(const bsdfrbf_data *data, int component, float *gain, 
 	gain[at] = 1;
 }
 
+/* So many are off that none of them is the one that is. */
+static void warn_many(const float *gain, int count, int component)
+{
+	float least = 1, most = 1;
+	for (int i = 0; i < count; i++) {
+		least = fminf(least, gain[i]);
+		most = fmaxf(most, gain[i]);
+	}
+	cmd_say("warning - %s: f(a, b) and f(b, a) are not the same as far as was measured, and no few scans are to blame: factors of %.2f to %.2f, by incidence, "
+		"would make them so. Stray light, misalignment, or a sample that is smaller than what is lit or seen does this; if it was the lamp that drifted, "
+		"divide them out (mkrbf -r)", summary_name[component], (double)least, (double)most);
+}
+
 void summary_warn_gains(const bsdfrbf_model *model, const bsdfrbf_data *data)
 {
 	enum { NAMED = 4 };
 	for (int c = 0; c < 4; c++) {
 		float *gain;
 		char list[NAMED * 66] = "", one[64];
-		const int off = summary_gains(model, data, c, &gain);
+		const int off = summary_gains(model, data, c, &gain), count = (int)bsdfrbf_data_incidences(data, (bsdfrbf_component)c);
 		if (!off)
 			continue;
+		if (off > MANY * count) {
+			warn_many(gain, count, c);
+			free(gain);
+			continue;
+		}
 		for (int n = 0; n < off && n < NAMED; n++) {
 			name_farthest(data, c, gain, one);
 			snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", n ? ", " : "", one);
 		}
 		free(gain);
-		cmd_say("warning - %s: by reciprocity the whole scan is off by a factor at %d of %zu incidences: %s%s; measure anew, or divide such "
-			"factors out (mkrbf -r)", summary_name[c], off, bsdfrbf_data_incidences(data, (bsdfrbf_component)c), list, off > NAMED ? ", ..." : "");
+		cmd_say("warning - %s: by reciprocity the whole scan is off by a factor at %d of %d incidences: %s%s; measure anew, or divide such "
+			"factors out (mkrbf -r)", summary_name[c], off, count, list, off > NAMED ? ", ..." : "");
 	}
 }

@@ -13,6 +13,7 @@
 #include "repeated.h"
 #include "spikes.h"
 #include "symmetry_told.h"
+#include "tell.h"
 #include "trend.h"
 #include "tune.h"
 #include "turned.h"
@@ -28,19 +29,6 @@ void bsdfrbf_build_defaults(bsdfrbf_build_options *options)
 {
 	memset(options, 0, sizeof *options);
 	options->size = sizeof *options;
-}
-
-static void tell_scale(bsdfrbf_context *context, const rbf_job *j)
-{
-	for (uint32_t b = 0; b < j->fitted.bases && j->scale; b++) {
-		const double times = (double)j->scale[b];
-		double theta, phi;
-		if (!(times < 1 || times > 1))
-			continue;
-		rbf_job_angles(j->direction + 3*b, &theta, &phi);
-		rbf_warn(context, "%s: incidence theta %.1f phi %.1f sends %.*f times the light that those around it tell; it is kept as measured: check "
-			"its scale, measure it again, or leave it out", j->name, theta, phi, times < .095 ? 3 : times < 9.5 ? 1 + (times < .95) : 0, times);
-	}
 }
 
 /* Says what was left out, and notes it in a text of the model. */
@@ -75,29 +63,6 @@ static void tell_limits(bsdfrbf_context *context, const char *name, const rbf_me
 			"fainter there than what is recorded", name, 100 * (double)found.lowest / (double)found.samples);
 }
 
-/* Frames that turn back x or y, or both, for nearly all that moves at all, are rare materials, and a common mistake. */
-static void tell_turned_back(bsdfrbf_context *context, const rbf_job *j)
-{
-	static const float NEARLY = .9f, SOME = .1f;
-	float back = 0, flipped = 0, all = 0;
-	for (uint32_t f = 0; f < j->choice.frames; f++) {
-		const unsigned map = j->fitted.candidate[j->choice.frame[f]].map;
-		const float *along = rbf_map_get(map)->along, share = j->choice.share[f];
-		const int turns = !rbf_map_learned(map) && rbf_map_get(map)->kind != RBF_KIND_HALF;
-		all += map == RBF_MAP_FIXED ? 0 : share;
-		back += turns && along[0] > 0 && along[1] > 0 ? share : 0;
-		flipped += turns && along[0] * along[1] < 0 ? share : 0;
-	}
-	if (j->measured.ready || !(all > SOME))
-		return;
-	if (back > NEARLY * all)
-		rbf_warn(context, "%s: nearly all light that moves with the source goes back towards it: if the material is no retro-reflector, "
-			"azimuths of incidence were counted from the other side: add 180 to #inphi", j->name);
-	else if (flipped > NEARLY * all)
-		rbf_warn(context, "%s: nearly all light turns about the normal the other way round than the source: if no facets of the material send "
-			"back x or y, azimuths of incidence were counted the other way round in #inphi", j->name);
-}
-
 static float longest(const rbf_component *c)
 {
 	float top = 0;
@@ -127,7 +92,7 @@ static bsdfrbf_status set_expected(bsdfrbf_context *context, const rbf_job *j, c
 	if (gain < 0)
 		status = rbf_out_of_memory(context);
 	else if (!j->measured.ready)
-		status = rbf_expect(context, m, c, j->choice.base_error, own, expected);
+		status = rbf_expect(context, m, c, &(rbf_errors){j->choice.base_error, own, j->missed}, expected);
 	for (uint32_t b = 0; b < m->bases; b++) {
 		info[b].expected = j->guess ? hypotf(expected[b], j->guess[b]) : expected[b];
 		if (j->doubt)
@@ -137,7 +102,7 @@ static bsdfrbf_status set_expected(bsdfrbf_context *context, const rbf_job *j, c
 	return status;
 }
 
-static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_component *c)
+static bsdfrbf_status set_facts(bsdfrbf_context *context, rbf_job *j, rbf_component *c)
 {
 	const rbf_fitted *m = &j->fitted;
 	rbf_base_info *info = calloc((size_t)m->bases + 1, sizeof *info);
@@ -155,6 +120,7 @@ static bsdfrbf_status set_facts(bsdfrbf_context *context, const rbf_job *j, rbf_
 		info[b].fit_error = j->fit_error[b];
 		info[b].loo_error = j->choice.base_error[b];
 	}
+	RBF_TRY(rbf_tell_coarse(context, j, info));
 	const bsdfrbf_status status = set_expected(context, j, c, info);
 	c->facts.fit_error = j->held_out;
 	c->facts.loo_error = j->choice.error;
@@ -203,8 +169,6 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 	RBF_TRY(rbf_others_try(context, from + .6 * span, from + .8 * span, j, c));
 	c->filled = j->filled;
 	c->mirrored = j->mirrored;
-	tell_scale(context, j);
-	tell_turned_back(context, j);
 	j->fitted.scale = j->scale;
 	RBF_TRY(rbf_diagonals_choose(context, &j->choice, &j->fitted, c));
 	if (rbf_assemble_sets(&j->fitted, j->choice.frames, j->choice.frame, j->choice.label, j->choice.limit, c))
@@ -221,6 +185,7 @@ static bsdfrbf_status build_component(bsdfrbf_context *context, const rbf_measur
 			|| rbf_assemble_dhr(j->fitted.team, c))
 		return rbf_out_of_memory(context);
 	RBF_TRY(set_facts(context, j, c));
+	RBF_TRY(rbf_tell(context, j, c));
 	return symmetry || *found ? BSDFRBF_OK : rbf_told_alike(context, j, c, found);
 }
 

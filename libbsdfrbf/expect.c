@@ -6,7 +6,8 @@
  * geometry, and then the error of any other triangle of the neighbourhood, whose mean over the triangle has w_i w_j = 1/12 (1/6 on a
  * segment). The fits' errors average there with sum w^2 = 1/2 (2/3). Leaving an incidence out tells of the direction across the gap; of the one
  * along it nothing is known, and half as much is taken. Nor is known on which side of the incidence it bends: more where corners differ more
- * for their distance, as gloss does that rises to grazing incidence.
+ * for their distance, as gloss does that rises to grazing incidence. Nor does it tell of light that changes unevenly between incidences along a line.
+ * What fits miss alike they miss between incidences as well.
  *
  * A beam that ends between corners is not smooth. Where one corner's light and that of the others lie apart, their disagreement in the
  * middle is 1 + 1/3 (1 on a segment); interpolated at weight w, the truth on one side or the other of an end that may be anywhere, it
@@ -14,44 +15,14 @@
  */
 #include "expect.h"
 #include "bounds.h"
-#include "difference.h"
 #include "disagreement.h"
+#include "uneven.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+static const double MOST = 1; /* error of interpolation: one beam instead of another would be 2, half of it 1 */
 static const float NEAR = .9f; /* weight of a corner from which on that corner alone was asked, an image of the same incidence, say */
-
-int rbf_expect_fit(const rbf_measured *measured, const rbf_trials *trials, const rbf_fitted *m, const float lambertian[3],
-	const uint32_t *count, float *fit)
-{
-	const float floor = lambertian[rbf_luminance(m->channels)];
-	float error[RBF_TRIALS_MOST];
-	int failed = 0;
-	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
-	for (uint32_t t = 0; t < trials->count; t++) {
-		const uint32_t b = rbf_trial_base(trials, t);
-		rbf_lobes half;
-		if (!rbf_team_mine(m->team, t))
-			continue;
-		if (rbf_fit(&measured->incidence[b], (int)m->channels, lambertian, count[b], 2, &half, NULL)) {
-			failed = 1;
-			continue;
-		}
-		error[t] = rbf_difference(&m->lobes[b], &half, NULL, floor, 0);
-		rbf_lobes_free(&half);
-	}
-	if (rbf_team_failed(m->team, failed) || rbf_team_share_rows(m->team, trials->count, sizeof *error, error))
-		return -1;
-	for (uint32_t i = 0; i < trials->bases; i++) {
-		uint32_t before, after;
-		rbf_trials_around(trials, i, &before, &after);
-		const double from = m->direction[3*rbf_trial_base(trials, before) + 2], to = m->direction[3*rbf_trial_base(trials, after) + 2];
-		const double z = m->direction[3*trials->order[i] + 2], share = from > to ? fmin(fmax((from - z) / (from - to), 0), 1) : 1;
-		fit[trials->order[i]] = (float)((1 - share) * (double)error[before] + share * (double)error[after]);
-	}
-	return 0;
-}
 
 /* |e|^2 with what is across the direction u by half. */
 static double span(const float a[3], const float b[3], const float u[3])
@@ -64,6 +35,7 @@ static double span(const float a[3], const float b[3], const float u[3])
 /* What leaving out one incidence told. */
 typedef struct lesson {
 	double bend;  /* interpolation error over span; < 0: unknown */
+	double error; /* that of interpolation itself */
 	float u[3];   /* unit vector across the gap, in the base's coordinates */
 	double steep; /* how much corners differ: mean of steepness() over so many elements around */
 	uint32_t around;
@@ -115,8 +87,9 @@ static bsdfrbf_status learn(bsdfrbf_context *context, const rbf_fitted *m, uint3
 	/* the fits cannot err by more than all there is */
 	*fit = fminf(*fit, left_out / (float)sqrt(1 + squares));
 	const double rest = (double)(left_out * left_out) - (double)(*fit * *fit) * (1 + squares);
+	l->error = sqrt(fmax(rest, 0));
 	if (!(item & RBF_MESH_BORDER) && heaviest < NEAR && whole > 0)
-		l->bend = sqrt(fmax(rest, 0)) / whole;
+		l->bend = l->error / whole;
 	return BSDFRBF_OK;
 }
 
@@ -146,28 +119,33 @@ static double as_told(const rbf_mesh *mesh, const rbf_element *e, const rbf_vert
 	return l->bend * sum;
 }
 
-static double element_error(const rbf_mesh *mesh, const rbf_element *e, const lesson *known, const float *fit, double usual, double steep)
+/* uneven: what it may be off by, if leaving out incidences does not tell of less. */
+static double element_error(const rbf_mesh *mesh, const rbf_element *e, const lesson *known, const rbf_errors *errors, double usual, double steep,
+	double uneven)
 {
 	const int chain = mesh->symmetry == RBF_ISOTROPIC, corners = chain ? 2 : 3;
-	double bend = 0, own = 0;
+	double bend = 0, own = 0, missed = 0, most = 0;
 	int told = 0;
 	for (int i = 0; i < corners; i++) {
 		const rbf_vertex *v = &mesh->vertex[e->v[i]];
-		own += (double)fit[v->base] / corners;
+		own += (double)errors->by_noise[v->base] / corners;
+		missed += (double)errors->missed[v->base] / corners;
 		if (known[v->base].bend < 0)
 			continue;
 		bend += as_told(mesh, e, v, &known[v->base]) * steep / known[v->base].steep;
+		most = fmax(most, known[v->base].error);
 		told++;
 	}
 	if (told)
-		bend /= told;
+		bend = fmax(bend / told, fmin(uneven, most));
 	else { /* as elsewhere on average, along the first side */
 		const float *a = mesh->vertex[e->v[0]].direction, *b = mesh->vertex[e->v[1]].direction;
 		lesson side = {.bend = usual, .u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}};
 		rbf_normalize(side.u);
 		bend = as_told(mesh, e, &(rbf_vertex){.op = RBF_OP_NONE}, &side);
 	}
-	return sqrt(bend * bend + own * own * (chain ? 2. / 3 : .5));
+	bend = fmin(bend, MOST);
+	return sqrt(bend * bend + fmax(own * own * (chain ? 2. / 3 : .5), missed * missed));
 }
 
 /* Disagreement of an element's corners for their distance, a positive number. */
@@ -206,22 +184,24 @@ static double end_error(const rbf_mesh *mesh, const rbf_element *e, const float 
 	return chain ? 2 / 3. * (double)(shown >= 0 ? fminf(disagreement, shown) : disagreement) : .5 * (double)disagreement;
 }
 
-bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const rbf_component *c, const float *left_out, const float *fit,
-	float *expected)
+bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const rbf_component *c, const rbf_errors *errors, float *expected)
 {
 	lesson *known = calloc((size_t)m->bases + 1, sizeof *known);
 	double usual = 0;
 	double *area = calloc((size_t)m->bases + 1, sizeof *area);
-	float *own = malloc(((size_t)m->bases + 1) * sizeof *own), *apart = malloc(((size_t)m->mesh.elements + 1) * sizeof *apart);
-	bsdfrbf_status status = known && area && own && apart ? BSDFRBF_OK : rbf_out_of_memory(context);
+	float *own = malloc(((size_t)m->bases + 1) * sizeof *own), *light = malloc(((size_t)m->bases + 1) * sizeof *light);
+	float *apart = malloc(((size_t)m->mesh.elements + 1) * sizeof *apart), *uneven = malloc(((size_t)m->mesh.elements + 1) * sizeof *uneven);
+	bsdfrbf_status status = known && area && own && light && apart && uneven ? BSDFRBF_OK : rbf_out_of_memory(context);
+	const rbf_errors all = {errors->left_out, own, errors->missed};
 	uint32_t told = 0;
 	for (uint32_t b = 0; b < m->bases; b++)
 		expected[b] = 0;
 	for (uint32_t b = 0; b < m->bases && status == BSDFRBF_OK; b++) {
-		own[b] = fit[b];
+		own[b] = errors->by_noise[b];
+		light[b] = c->base_info[b].dhr;
 		known[b].bend = -1;
-		if (left_out[b] >= 0)
-			status = learn(context, m, b, left_out[b], &own[b], &known[b]);
+		if (errors->left_out[b] >= 0)
+			status = learn(context, m, b, errors->left_out[b], &own[b], &known[b]);
 		if (known[b].bend < 0)
 			continue;
 		usual += known[b].bend;
@@ -232,11 +212,13 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const r
 		for (int64_t n = 0; n < (int64_t)m->mesh.elements; n++)
 			apart[n] = rbf_disagreement(c, (uint32_t)n);
 		set_steepness(&m->mesh, apart, known);
+		rbf_uneven(&m->mesh, light, uneven);
 	}
 	for (uint32_t n = 0; n < m->mesh.elements && told && status == BSDFRBF_OK; n++) {
 		const rbf_element *e = &m->mesh.element[n];
-		const double size = element_area(&m->mesh, e), bent = element_error(&m->mesh, e, known, own, usual / told, steepness(&m->mesh, e, apart[n]));
-		const double error = fmax(bent, end_error(&m->mesh, e, left_out, apart[n]));
+		const double size = element_area(&m->mesh, e);
+		const double bent = element_error(&m->mesh, e, known, &all, usual / told, steepness(&m->mesh, e, apart[n]), (double)uneven[n]);
+		const double error = fmax(bent, end_error(&m->mesh, e, errors->left_out, apart[n]));
 		for (int i = 0; i < (m->symmetry == RBF_ISOTROPIC ? 2 : 3); i++) {
 			const uint32_t b = m->mesh.vertex[e->v[i]].base;
 			expected[b] += (float)(size * error);
@@ -248,7 +230,9 @@ bsdfrbf_status rbf_expect(bsdfrbf_context *context, const rbf_fitted *m, const r
 	free(known);
 	free(area);
 	free(own);
+	free(light);
 	free(apart);
+	free(uneven);
 	return status;
 }
 

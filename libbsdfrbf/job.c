@@ -2,8 +2,7 @@
 #include "job.h"
 #include "arrange.h"
 #include "difference.h"
-#include "expect.h"
-#include "fit.h"
+#include "fit_error.h"
 #include "lobe_count.h"
 #include "turned.h"
 
@@ -23,8 +22,9 @@ static void free_fits(rbf_job *j)
 	free(j->fit_error);
 	free(j->lobes);
 	free(j->scatter);
+	free(j->missed);
 	j->fitted.lobes = NULL;
-	j->fit_error = j->scatter = NULL;
+	j->fit_error = j->scatter = j->missed = NULL;
 	j->lobes = NULL;
 }
 
@@ -36,6 +36,7 @@ void rbf_job_free(rbf_job *j)
 	free_fits(j);
 	free(j->measured.incidence);
 	free(j->direction);
+	free(j->coarse);
 	free(j->guess);
 	free(j->doubt);
 	free(j->scale);
@@ -117,7 +118,7 @@ static int fit_all(const rbf_trials *trials, const float lambertian[3], rbf_job 
 			: rbf_fit(&j->measured.incidence[b], j->channels, lambertian, j->lobes[b], 0, &m->lobes[b], NULL)) != 0;
 	}
 	return rbf_team_failed(m->team, failed) || rbf_lobes_share(m->team, m->bases, m->channels, m->lobes)
-		|| (!j->measured.ready && rbf_expect_fit(&j->measured, trials, m, lambertian, j->lobes, j->scatter));
+		|| (!j->measured.ready && rbf_fit_error(&j->measured, trials, m, lambertian, j->lobes, j->fit_error, j->scatter, j->missed));
 }
 
 bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *j, rbf_component *c)
@@ -135,7 +136,8 @@ bsdfrbf_status rbf_job_fit(bsdfrbf_context *context, double progress, rbf_job *j
 	m->lobes = calloc((size_t)bases + 1, sizeof *m->lobes);
 	j->fit_error = malloc(((size_t)bases + 1) * sizeof *j->fit_error);
 	j->scatter = malloc(((size_t)bases + 1) * sizeof *j->scatter);
-	if (!m->lobes || !j->fit_error || !j->scatter)
+	j->missed = malloc(((size_t)bases + 1) * sizeof *j->missed);
+	if (!m->lobes || !j->fit_error || !j->scatter || !j->missed)
 		return rbf_out_of_memory(context);
 	uint32_t *count = j->lobes = malloc(((size_t)bases + 1) * sizeof *count);
 	rbf_trials trials = {0};
@@ -204,10 +206,10 @@ bsdfrbf_status rbf_job_pair(bsdfrbf_context *context, rbf_job *j, const rbf_comp
 		j->measured.incidence[b].paired = 0;
 	for (size_t b = 0; b < j->measured.count && better > 0; b++)
 		rbf_lobes_free(&j->fitted.lobes[b]);
-	if (!failed && better)
-		failed = fit_all(&trials, c->lambertian, j);
 	if (!failed && better && !j->asked)
 		set_held_out(&trials, error, j);
+	if (!failed && better)
+		failed = fit_all(&trials, c->lambertian, j);
 	rbf_trials_free(&trials);
 	return failed ? rbf_out_of_memory(context) : BSDFRBF_OK;
 }
@@ -224,9 +226,10 @@ int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float 
 	m->lobes = calloc(bases + 1, sizeof *m->lobes);
 	j->fit_error = malloc((bases + 1) * sizeof *j->fit_error);
 	j->scatter = malloc((bases + 1) * sizeof *j->scatter);
+	j->missed = malloc((bases + 1) * sizeof *j->missed);
 	j->lobes = malloc((bases + 1) * sizeof *j->lobes);
 	j->held_out = former->held_out;
-	int failed = !m->lobes || !j->fit_error || !j->scatter || !j->lobes;
+	int failed = !m->lobes || !j->fit_error || !j->scatter || !j->missed || !j->lobes;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (int64_t b = 0; b < (int64_t)had->bases; b++) {
 		const uint32_t to = fold[b].place;
@@ -235,6 +238,7 @@ int rbf_job_fit_joined(const rbf_job *former, const rbf_fold *fold, const float 
 		const rbf_incidence *in = &j->measured.incidence[to];
 		j->fit_error[to] = former->fit_error[b];
 		j->scatter[to] = former->scatter[b];
+		j->missed[to] = former->missed[b];
 		j->lobes[to] = former->lobes[b];
 		failed |= (in->count == former->measured.incidence[b].count ? rbf_lobes_copy(&had->lobes[b], &m->lobes[to])
 			: rbf_fit(in, (int)m->channels, lambertian, former->lobes[b], 0, &m->lobes[to], NULL)) != 0;

@@ -19,7 +19,8 @@ typedef struct rbf_job {
 	rbf_symmetry_choice symmetry;
 	float *fit_error;
 	uint32_t *lobes;        /* places of lobes in each fit, if they are ours */
-	float *scatter;         /* error of the fits by expect.h, if they are ours */
+	float *scatter, *missed; /* errors of the fits by fit_error.h, if they are ours: by noise, and what they miss alike */
+	unsigned char *coarse;  /* [bases] 1: most light stands on a single sample (tell.h); NULL: not asked yet */
 	float azimuths;         /* by how much other azimuths tell otherwise, turned about the normal, beyond noise (isotropy.h); < 0: not asked, or they do not tell */
 	float *guess;           /* error of what was guessed beside one plane, or NULL */
 	float *doubt;           /* error of what was not measured (unknown.h), or NULL */

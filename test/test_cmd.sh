@@ -279,6 +279,13 @@ for file in even gains_r; do "$bin/rbfquery" $file.rbf <<<"0 .4067 .9135  0 -.40
 	read -r right divided
 	near "gains, -r" "$right" "$divided" .02
 }
+mkdir drift
+for theta in 0 12 24 36 48 60 70; do
+	awk -v by="$((80 + theta * theta % 43))" '/^#/ {print; next} {print $1, $2, by / 100 * $3}' even/in$theta.txt >drift/in$theta.txt
+done
+works "many gains" "$bin/mkrbf" -q -o drift.rbf drift/*.txt
+grep -Eq 'rf: f\(a, b\) and f\(b, a\) are not the same .* no few scans are to blame: factors of 0\..* to 1\..*-r' err || no "many gains" "$(cat err)"
+grep -q 'the whole scan is off' err && no "many gains" "$(cat err)"
 
 cp gains/in24.txt even/twice.txt
 works "measured twice" "$bin/mkrbf" -q -o twice.rbf even/in*.txt even/twice.txt
