@@ -7,7 +7,7 @@
  * segment). The fits' errors average there with sum w^2 = 1/2 (2/3). Leaving an incidence out tells of the direction across the gap; of the one
  * along it nothing is known, and half as much is taken. Nor is known on which side of the incidence it bends: more where corners differ more
  * for their distance, as gloss does that rises to grazing incidence. Nor does it tell of light that changes unevenly between incidences along a line.
- * What fits miss alike they miss between incidences as well.
+ * What fits miss alike, beyond what noise may do, they miss between incidences as well.
  *
  * A beam that ends between corners is not smooth. Where one corner's light and that of the others lie apart, their disagreement in the
  * middle is 1 + 1/3 (1 on a segment); interpolated at weight w, the truth on one side or the other of an end that may be anywhere, it
@@ -145,7 +145,7 @@ static double element_error(const rbf_mesh *mesh, const rbf_element *e, const le
 		bend = as_told(mesh, e, &(rbf_vertex){.op = RBF_OP_NONE}, &side);
 	}
 	bend = fmin(bend, MOST);
-	return sqrt(bend * bend + fmax(own * own * (chain ? 2. / 3 : .5), missed * missed));
+	return sqrt(bend * bend + own * own * (chain ? 2. / 3 : .5) + fmax(missed * missed - own * own, 0));
 }
 
 /* Disagreement of an element's corners for their distance, a positive number. */
