@@ -4,12 +4,14 @@
  * the slopes at an edge's ends exceed that of its chord by p and q, the square of the cubic's second derivative integrates to
  * 4 (p^2 + p q + q^2) / length. The slopes that make the sum over all edges least are met by Jacobi iteration: own slopes count twice as much as
  * those at the other ends, so that what is missing halves in each round.
+ * That lets nothing bend where the mesh ends, where light often bends most, towards grazing incidence. There edges that lead to the border are parabolas
+ * instead: slopes at both ends exceed the chord's by as much, and fall short of it.
  */
 #include "network.h"
 
 #include <stdlib.h>
 
-enum { ROUNDS = 20 };
+enum { ROUNDS = 30 };
 static const double RIDGE = 1e-6; /* of the trace: nothing is known across a chain */
 static const float OWN_IMAGE = 1e-6f; /* squared distance */
 
@@ -17,6 +19,7 @@ typedef struct edge {
 	uint32_t base[2];
 	float along[2][3]; /* its direction at both ends, in the bases' coordinates */
 	float length;
+	uint8_t last[2];   /* 1: that end lies on the border, and the other does not */
 } edge;
 
 /* A base's equations over the tangents t and s. */
@@ -46,16 +49,26 @@ static edge *edges_of(const rbf_mesh *mesh, uint32_t *count)
 {
 	const int sides = mesh->symmetry == RBF_ISOTROPIC ? 1 : 3;
 	edge *list = malloc(((size_t)mesh->elements * 3 + 1) * sizeof *list);
+	uint8_t *on_border = calloc((size_t)mesh->vertices + 1, 1);
 	*count = 0;
-	for (uint32_t i = 0; i < mesh->elements && list; i++)
+	for (uint32_t i = 0; i < mesh->borders && on_border; i++)
+		on_border[mesh->border[i][0]] = on_border[mesh->border[i][1]] = 1;
+	for (uint32_t i = 0; i < mesh->elements && list && on_border; i++)
 		for (int k = 0; k < sides; k++) {
-			const rbf_vertex *from = &mesh->vertex[mesh->element[i].v[k]], *to = &mesh->vertex[mesh->element[i].v[(k + 1) % 3]];
+			const uint32_t v[2] = {mesh->element[i].v[k], mesh->element[i].v[(k + 1) % 3]};
 			edge *e = &list[*count];
-			e->base[0] = from->base;
-			e->base[1] = to->base;
-			e->length = course(from, to, e->along);
+			for (int n = 0; n < 2; n++) {
+				e->base[n] = mesh->vertex[v[n]].base;
+				e->last[n] = on_border[v[n]] && !on_border[v[!n]] && mesh->vertices > 2;
+			}
+			e->length = course(&mesh->vertex[v[0]], &mesh->vertex[v[1]], e->along);
 			*count += e->length > 0;
 		}
+	if (!on_border) {
+		free(list);
+		return NULL;
+	}
+	free(on_border);
 	return list;
 }
 
@@ -115,8 +128,10 @@ rbf_knot *rbf_network_make(const rbf_mesh *mesh, const float value[])
 		for (uint32_t i = 0; i < edges; i++) {
 			const edge *e = &list[i];
 			const float chord = (value[e->base[1]] - value[e->base[0]]) / e->length;
-			for (int k = 0; k < 2; k++)
-				add(&of[e->base[k]], e->along[k], 1 / (double)e->length, (double)(.5f * (3 * chord - rbf_dot(knot[e->base[!k]].slope, e->along[!k]))));
+			for (int k = 0; k < 2; k++) {
+				const float other = rbf_dot(knot[e->base[!k]].slope, e->along[!k]);
+				add(&of[e->base[k]], e->along[k], 1 / (double)e->length, (double)(e->last[k] ? 2 * chord - other : .5f * (3 * chord - other)));
+			}
 		}
 		for (uint32_t b = 0; b < mesh->bases; b++)
 			solve(&of[b], knot[b].slope);
