@@ -73,6 +73,9 @@ static void uneven_light_is_unknown(void **state)
 	const float most = unknown_of(5, few, ends, &last);
 	assert_true(most > .1f && most < .2f && last > .1f && last < .2f);
 	assert_true(unknown_of(3, few, ends, &last) <= 0);
+	static const double twice[7] = {0, 20, 40, 40.4, 60, 75, 75.3}; /* with noise, which tells nothing */
+	static const float noisy[7] = {.5f, .49f, .47f, .475f, .43f, .38f, .383f};
+	assert_true(unknown_of(7, twice, noisy, &last) < .02f);
 	static const float dark[5] = {0, 0, 0, 1, 0};
 	assert_true(unknown_of(5, few, dark, &last) <= 1);
 	float any[9];
