@@ -3,9 +3,7 @@
 #include "cull.h"
 #include "dhr.h"
 #include "dhr_grid.h"
-#include "draws.h"
 
-#define DRAWS_ENTRIES (1ull * rbf_draw_tables(c) * RBF_LANES * c->blocks)
 #define DHR_ENTRIES (c->channels * ((uint64_t)c->mesh.elements * rbf_dhr_element_nodes(c) + (uint64_t)c->mesh.borders * rbf_dhr_border_nodes(c)))
 
 const rbf_array rbf_array_row[RBF_ARRAY_ROWS] = {

@@ -38,7 +38,6 @@
 	X(33, "cull",           cull,              !c->packed * rbf_cull_words(c->blocks), RBF_ARRAY_BITS | RBF_ARRAY_OPTIONAL) \
 	X(26, "lobes",          block,             !c->packed * 1ull * c->blocks,     RBF_ARRAY_FLOAT) \
 	X(27, "amplitudes",     amplitude,         !c->packed * 1ull * c->channels * c->blocks, RBF_ARRAY_FLOAT) \
-	X(34, "draws",          draws,             !c->packed * DRAWS_ENTRIES,       RBF_ARRAY_BITS) \
 	X(40, "packed",         pack,              c->packed,                        RBF_ARRAY_BITS) \
 	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT) \
 	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT) \

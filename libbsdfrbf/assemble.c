@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "assemble.h"
+#include "bands.h"
 #include "cluster.h"
 #include "cull.h"
-#include "draws.h"
 #include "kernel.h"
 #include "pack.h"
 
@@ -58,14 +58,12 @@ int rbf_assemble_sets(const rbf_fitted *m, uint32_t frames, const uint32_t frame
 	for (uint32_t f = 0; f < frames; f++)
 		c->frame[f] = m->candidate[frame[f]].map;
 	const int failed = set_limits(limit, c);
-	uint16_t *draws = calloc(room * RBF_LANES * rbf_draw_tables(c), sizeof *draws);
 	c->set = set;
 	c->block = block;
 	c->amplitude = amplitude;
-	c->draws = draws;
 	c->learned = 0;
 	c->linear = NULL;
-	if (!block || !amplitude || !draws || !linear || failed) {
+	if (!block || !amplitude || !linear || failed) {
 		free(linear);
 		rbf_assemble_release(c);
 		return -1;
@@ -108,7 +106,6 @@ void rbf_assemble_release(rbf_component *c)
 	free((void *)c->set);
 	free((void *)c->block);
 	free((void *)c->amplitude);
-	free((void *)c->draws);
 	free((void *)c->linear);
 	free((void *)c->limit);
 	c->linear = NULL;
@@ -116,7 +113,6 @@ void rbf_assemble_release(rbf_component *c)
 	c->set = NULL;
 	c->block = NULL;
 	c->amplitude = NULL;
-	c->draws = NULL;
 }
 
 uint32_t rbf_assemble_blocks(const rbf_component *c, uint32_t base)
@@ -284,7 +280,7 @@ int rbf_assemble_cull(const rbf_team *team, rbf_component *c, float reach)
 	uint64_t *wide = malloc((c->sets * cells + 1) * sizeof *wide), *cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *cull);
 	cell_points *points = malloc(sizeof *points);
 	rbf_pack_round(c);
-	if (!wide || !cull || !points || cluster(c) || rbf_draws_make(c)) {
+	if (!wide || !cull || !points || cluster(c) || rbf_bands_make(c)) {
 		free(points);
 		free(wide);
 		free(cull);

@@ -122,8 +122,6 @@ static const char *check_sets(const rbf_component *c)
 			return "set";
 		if (s % c->frames && set->first != set[-1].first + set[-1].blocks)
 			return "set";
-		if (!all_finite(set->unit, 3) || !all_finite(&set->band, 1) || set->unit[0] < 0 || set->unit[1] < 0 || set->unit[2] < 0)
-			return "draws of a set";
 	}
 	return NULL;
 }

@@ -15,13 +15,14 @@ typedef struct judge {
 	const rbf_choice *choice;
 } judge;
 
-/* Sums of |one - other| over what both say together, by directions drawn from `one`. */
-static double apart(const rbf_site *one, const rbf_site *other, int *drawn)
+/* Sums of |one - other| over what both say together, by directions drawn from `one`, which has these corners. */
+static double apart(const rbf_site *one, const rbf_site *other, const rbf_vertex vertex[3], const float weight[3], int *drawn)
 {
 	const uint32_t y = rbf_luminance(one->component->channels);
 	rbf_sampler sampler;
 	double sum = 0;
-	rbf_sampler_set(one, &sampler);
+	rbf_draws *draws = rbf_draws_of_corners(one->component, vertex, weight);
+	rbf_sampler_set(one, draws, NULL, &sampler);
 	for (int i = 0; i < DRAWS; i++) {
 		float o[3], folded[3], a[3], b[3];
 		if (!rbf_site_sample(one, &sampler, (i + .5) / DRAWS, o))
@@ -34,6 +35,7 @@ static double apart(const rbf_site *one, const rbf_site *other, int *drawn)
 		sum += fabs((double)a[y] - (double)b[y]) / (double)(a[y] + b[y]);
 		++*drawn;
 	}
+	free(draws);
 	return sum;
 }
 
@@ -46,7 +48,7 @@ static float trial_error(const rbf_component *c, const rbf_mesh_trial *trial)
 	int drawn = 0;
 	rbf_site_corners(c, trial->vertex.direction, trial->from, trial->weight, &told);
 	rbf_site_corners(c, trial->vertex.direction, own, whole, &is);
-	const double sum = apart(&told, &is, &drawn) + apart(&is, &told, &drawn);
+	const double sum = apart(&told, &is, trial->from, trial->weight, &drawn) + apart(&is, &told, own, whole, &drawn);
 	return drawn ? (float)(2 * sum / drawn) : 0;
 }
 
@@ -58,7 +60,7 @@ static int try_all(void *data, size_t count, const rbf_mesh_trial *trial, float 
 	rbf_component c = {0};
 	int failed = rbf_assemble_sets(m, choice->frames, choice->frame, choice->label, choice->limit, &c) != 0;
 	c.extent = failed ? NULL : rbf_extent_make(c.block, c.blocks);
-	failed = !c.extent || rbf_levels_make(m, choice->even, choice->slopes, &c) || rbf_draws_make(&c);
+	failed = !c.extent || rbf_levels_make(m, choice->even, choice->slopes, &c);
 	#pragma omp parallel for schedule(dynamic)
 	for (int64_t i = 0; i < (int64_t)count; i++)
 		if (!failed && rbf_team_mine(m->team, (uint64_t)i))

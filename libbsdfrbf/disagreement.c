@@ -3,7 +3,7 @@
 #include "disagreement.h"
 #include "sample.h"
 
-#include <string.h>
+#include <stdlib.h>
 
 enum { DRAWS = 192 };
 
@@ -42,7 +42,8 @@ float rbf_disagreement(const rbf_component *c, uint32_t element)
 	int drawn = 0;
 	middle_of(c, element, weight, d);
 	rbf_site_place(c, element, weight, d, &all);
-	rbf_sampler_set(&all, &sampler);
+	rbf_draws *draws = rbf_draws_of_item(c, element);
+	rbf_sampler_set(&all, draws, weight, &sampler);
 	for (uint32_t k = 0; k < all.corners; k++)
 		single_out(&all, k, &one[k]);
 	for (int i = 0; i < DRAWS; i++) {
@@ -59,6 +60,7 @@ float rbf_disagreement(const rbf_component *c, uint32_t element)
 			sum[k] += fabs((double)own[y] / (double)together[y] - 1);
 		}
 	}
+	free(draws);
 	for (uint32_t k = 0; k < all.corners && drawn; k++)
 		most = rbf_max(most, (float)(sum[k] / drawn));
 	return most;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "bounds.h"
 #include "draws.h"
 #include "kernel.h"
 #include "takeover.h"
@@ -6,81 +7,82 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float TWIST = .05f; /* what two rotations one after the other can add to the angle between the corners */
+static const float STEEPEST = 45.f; /* slope of J for half vectors at 88.7 degrees */
+
+/* Angle around a lobe's centre that bounds of J cover. */
+static float spread(const rbf_reach *r, float kappa)
+{
+	return (kappa > 0 ? RBF_LOBE_SPREAD / sqrtf(kappa) : 4) + r->motion;
+}
+
+/* Half the largest angle from the base to directions of a lobe: exitant ones above the horizon map to at most `beyond` below it. */
+static float half_angle(const rbf_reach *r, const float centre[3], float around)
+{
+	const float theta = acosf(rbf_min(rbf_max(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
+	return .5f * rbf_min(rbf_angle(r->base, centre) + around, theta);
+}
 
 float rbf_lobe_slant(const rbf_reach *r, const float centre[3], float kappa)
 {
 	if (rbf_map_get(r->map)->kind != RBF_KIND_HALF)
 		return 0;
-	/* exitant directions above the horizon map to at most `beyond` below it */
-	const float spread = (kappa > 0 ? RBF_LOBE_SPREAD / sqrtf(kappa) : 4) + r->motion;
-	const float theta = acosf(rbf_min(rbf_max(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
-	const float half = .5f * rbf_min(rbf_angle(r->base, centre) + spread, theta);
+	const float half = half_angle(r, centre, spread(r, kappa));
 	return half < 1.55f ? rbf_min(tanf(half), RBF_SLANT_MAX) : RBF_SLANT_MAX;
 }
 
-/* A corner takes over only where another one's mapped direction is lower than RBF_VALID_Z; maps move directions by the margin, shifts
- * move their tangential components. */
-float rbf_draw_band(const rbf_reach *r)
+/* J = cos a + sin a (t.d) / (1 + k.d), a between k and l, t from k towards l: over directions d that is a stereographic projection, in which
+ * the circle around a centre is a circle again. */
+float rbf_lobe_rise(const rbf_reach *r, const float l[3], const float centre[3], float kappa)
 {
-	float edge = asinf(RBF_VALID_Z) + r->margin + TWIST;
-	if (rbf_map_get(r->map)->kind == RBF_KIND_SHIFT)
-		edge = acosf(rbf_max(RBF_VALID_S - 2 * sinf(.5f * r->margin), 0.f)) + 1e-3f;
-	return sinf(rbf_min(edge + r->motion, (float)(RBF_PI / 2)));
-}
-
-/* Largest residual motion of every set, rad. */
-static void motions(const rbf_component *c, float *motion)
-{
-	memset(motion, 0, c->sets * sizeof *motion);
-	for (uint32_t e = 0; e < c->mesh.elements && c->shift_of; e++)
-		for (uint32_t slot = 0; slot < 6; slot++) {
-			const uint32_t at = c->shift_of[e * 6 + slot], base = c->mesh.vertex[c->mesh.element[e].v[slot / 2]].base;
-			for (uint32_t f = 0; f < c->frames && at != RBF_NO_SHIFT; f++) {
-				const rbf_set *set = &c->set[base * c->frames + f];
-				const rbf_shift *s = &c->shift[at + (set->first - c->set[base * c->frames].first)];
-				float *m = &motion[base * c->frames + f];
-				for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
-					const float x = s[i / RBF_LANES].x[i % RBF_LANES], y = s[i / RBF_LANES].y[i % RBF_LANES], z = s[i / RBF_LANES].z[i % RBF_LANES];
-					*m = fmaxf(*m, 1.05f * sqrtf(x*x + y*y + z*z));
-				}
-			}
-		}
-}
-
-static void reaches(const rbf_mesh *mesh, rbf_reach *reach)
-{
-	for (uint32_t v = 0; v < mesh->vertices; v++)
-		rbf_mirror(mesh->vertex[v].op, mesh->vertex[v].direction, reach[mesh->vertex[v].base].base);
-	for (uint32_t e = 0; e < mesh->elements + mesh->borders; e++) {
-		const int border = e >= mesh->elements;
-		const uint32_t *v = border ? mesh->border[e - mesh->elements] : mesh->element[e].v;
-		for (int i = 0; i < (border ? 2 : 3); i++) {
-			const rbf_vertex *a = &mesh->vertex[v[i]], *b = &mesh->vertex[v[border ? 1 - i : (i + 1) % 3]];
-			const float m = rbf_angle(a->direction, b->direction);
-			reach[a->base].margin = fmaxf(reach[a->base].margin, m);
-			reach[b->base].margin = fmaxf(reach[b->base].margin, m);
-			if (border)
-				reach[a->base].beyond = fmaxf(reach[a->base].beyond, asinf(fminf(a->direction[2], 1.f)));
-		}
-	}
-}
-
-/* The part of a lobe that may lie where its corner takes over from another. */
-static double tail(const rbf_reach *r, const rbf_neighbour *n, uint32_t count, const float centre[3], float kappa)
-{
-	float angle = INFINITY;
-	if (kappa <= RBF_LOBE_SHARP)
+	if (rbf_map_get(r->map)->kind != RBF_KIND_HALF)
 		return 1;
-	for (uint32_t i = 0; i < count && angle > 0; i++)
-		angle = rbf_min(rbf_takeover_angle(&n[i], r->map, r->linear, centre), angle);
-	angle = rbf_max(angle - r->motion, 0);
-	return angle < (float)RBF_PI ? exp(-(double)kappa * (1 - cos((double)angle))) : 0;
+	const float around = spread(r, kappa), half = half_angle(r, centre, around), along = rbf_dot(r->base, l), to_k = rbf_dot(r->base, centre);
+	const float e[3] = {l[0] - along * r->base[0], l[1] - along * r->base[1], l[2] - along * r->base[2]}, sine = sqrtf(rbf_dot(e, e));
+	float slope = half < 1.55f ? rbf_min(tanf(half), STEEPEST) : STEEPEST;
+	if (!(sine > 0))
+		return 1;
+	if (around < (float)RBF_PI && to_k + cosf(around) > 1e-4f)
+		slope = rbf_min((rbf_dot(e, centre) / sine + sinf(around)) / (to_k + cosf(around)) + 1e-4f, slope);
+	return rbf_max(along + sine * slope, 0);
 }
 
-/* Running sums of shares that are at least the parts; returns the unit. Unused lanes get none. */
-static float shares(const double *part, size_t count, uint16_t *running)
+/* By how much ways around the triangle of three directions turn, somewhat more than its solid angle; or, for two, what lies between their arc
+ * and the horizon. */
+static float twist_of(const float *a, const float *b, const float *c)
 {
+	const float e[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+	if (!c)
+		return 1.2f * sqrtf(rbf_dot(e, e)) * asinf(rbf_min(rbf_max(rbf_max(a[2], b[2]), 0), 1));
+	const float f[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+	float n[3];
+	rbf_cross(e, f, n);
+	return .6f * sqrtf(rbf_dot(n, n));
+}
+
+/* What tables are made for. */
+typedef struct place {
+	const rbf_component *component;
+	const rbf_vertex *corner[3];
+	uint32_t corners;
+	int inside, chain;
+	const uint32_t *shift_of;   /* of the element's corners, or NULL */
+} place;
+
+/* One corner in one frame. */
+typedef struct maker {
+	const place *at;
+	rbf_reach reach;
+	const rbf_linear *linear;
+	const rbf_shift *shift[2];
+	rbf_neighbour near[2];
+	uint32_t others, op;
+	float limit;
+} maker;
+
+/* Running sums of shares that are at least the parts, and guides, of one table; returns the unit. */
+static float shares(const double *part, uint32_t blocks, uint32_t table, rbf_draw_lobe *lobe, uint8_t *guide)
+{
+	const size_t count = (size_t)blocks * RBF_LANES;
 	double total = 0;
 	size_t some = 0, largest = 0;
 	for (size_t i = 0; i < count; i++) {
@@ -88,69 +90,221 @@ static float shares(const double *part, size_t count, uint16_t *running)
 		some += part[i] > 0;
 		largest = part[i] > part[largest] ? i : largest;
 	}
-	if (!(total > 0) || some >= RBF_DRAW_TOTAL / 2) {
-		memset(running, 0, count * sizeof *running);
+	if (!(total > 0) || some >= RBF_DRAW_TOTAL / 2)
 		return 0;
-	}
 	const float unit = nextafterf((float)(total / (double)(RBF_DRAW_TOTAL - some)), INFINITY);
+	const double scale = 1 / (double)unit;
 	long rest = RBF_DRAW_TOTAL, sum = 0;
 	for (size_t i = 0; i < count; i++)
-		rest -= (long)ceil(part[i] / (double)unit);
+		rest -= (long)ceil(part[i] * scale);
 	for (size_t i = 0; i < count; i++) {
-		sum += (long)ceil(part[i] / (double)unit) + (i == largest ? rest : 0);
-		running[i] = (uint16_t)sum;
+		sum += (long)ceil(part[i] * scale) + (i == largest ? rest : 0);
+		lobe[i].running[table] = (uint16_t)sum;
+	}
+	for (size_t i = count; i < count + RBF_DRAW_STEP; i++)
+		lobe[i].running[table] = RBF_DRAW_TOTAL;
+	uint32_t at = 0;
+	for (uint32_t g = 0; g < RBF_DRAW_GUIDES; g++) {
+		const uint32_t target = g * ((RBF_DRAW_TOTAL + 1) / RBF_DRAW_GUIDES);
+		while (lobe[at].running[table] <= target)
+			at++;
+		const uint32_t last = at / RBF_LANES, most = (256 * last + blocks - 1) / blocks;
+		guide[g] = (uint8_t)(most < 256 ? most : 255);
+		while (rbf_draw_begin(guide[g], blocks) > last * RBF_LANES)
+			guide[g]--;
 	}
 	return unit;
 }
 
-static void make_set(const rbf_component *c, const rbf_reach *r, const rbf_neighbour *n, uint32_t neighbours, rbf_set *set, double *part)
+/* The part of a lobe that may lie where its corner takes over from another; kappa is above RBF_LOBE_SHARP. */
+static float tail(const maker *m, const float at[3], float kappa)
 {
-	const size_t lanes = (size_t)c->blocks * RBF_LANES, first = (size_t)set->first * RBF_LANES, count = (size_t)set->blocks * RBF_LANES;
-	const uint32_t tables = rbf_draw_tables(c), y = rbf_luminance(c->channels);
-	const double sine = r->beyond < (float)(RBF_PI / 2) ? sin((double)r->beyond) : 1;
-	double *const mass = part, *const band = part + count, *const slant = part + 2 * count;
-	uint16_t *running = (uint16_t *)c->draws + first;
-	set->band = r->limit > 1 ? rbf_draw_band(r) : 0;
-	for (size_t i = 0; i < count; i++) {
-		const rbf_block *b = &c->block[set->first + i / RBF_LANES];
-		const int lane = i % RBF_LANES;
-		const float centre[3] = {b->x[lane], b->y[lane], b->z[lane]}, kappa = b->k[lane];
-		mass[i] = (double)c->amplitude[(size_t)y * c->blocks + set->first + i / RBF_LANES].a[lane] * rbf_lobe_integral((double)kappa);
-		slant[i] = mass[i] * (double)rbf_lobe_slant(r, centre, kappa);
-		band[i] = !(r->limit > 1) ? 0 : (mass[i] + sine * slant[i]) * tail(r, n, neighbours, centre, kappa);
-	}
-	for (uint32_t t = 0; t < 3; t++)
-		set->unit[t] = t < tables ? shares(part + t * count, count, running + t * lanes) : 0;
+	float angle = INFINITY;
+	for (uint32_t i = 0; i < m->others && angle > 0; i++)
+		angle = rbf_min(rbf_takeover_angle(&m->near[i], m->reach.map, m->linear, at), angle);
+	angle = rbf_max(angle - m->reach.motion, 0);
+	return angle < (float)RBF_PI ? (float)exp(-(double)kappa * (1 - cos((double)angle))) : 0;
 }
 
-int rbf_draws_make(rbf_component *c)
+/* Largest residual motion of a lobe, rad. */
+static float motion(const maker *m, uint32_t block, uint32_t lane)
 {
-	uint32_t longest = 0;
-	for (uint32_t s = 0; s < c->sets; s++)
-		longest = c->set[s].blocks > longest ? c->set[s].blocks : longest;
-	rbf_reach *reach = calloc((size_t)c->mesh.bases + 1, sizeof *reach);
-	float *motion = malloc((c->sets + 1) * sizeof *motion);
-	double *part = malloc((3 * (size_t)longest * RBF_LANES + 1) * sizeof *part);
-	rbf_neighbours near = {NULL, NULL};
-	const int good = reach && motion && part && !rbf_neighbours_find(&c->mesh, &near);
-	if (good) {
-		motions(c, motion);
-		reaches(&c->mesh, reach);
-		for (uint32_t s = 0; s < c->sets; s++) {
-			const uint32_t b = s / c->frames, f = s % c->frames;
-			rbf_reach r = reach[b];
-			r.map = c->frame[f];
-			r.limit = rbf_frame_limit(c, f);
-			r.motion = motion[s];
-			r.beyond = fmaxf(r.beyond, r.margin);
-			r.linear = rbf_frame_linear(c, f);
-			r.margin = rbf_map_margin(r.map, r.linear, r.base, r.margin);
-			make_set(c, &r, near.of + near.first[b], near.first[b + 1] - near.first[b], (rbf_set *)&c->set[s], part);
+	float most = 0;
+	for (int n = 0; n < 2; n++)
+		if (m->shift[n]) {
+			const rbf_shift *s = &m->shift[n][block];
+			most = rbf_max(1.05f * sqrtf(s->x[lane]*s->x[lane] + s->y[lane]*s->y[lane] + s->z[lane]*s->z[lane]), most);
 		}
+	return most;
+}
+
+/* Fills in the tables of a set. part: room for three numbers of each lane. */
+static void make_set(maker *m, const rbf_component *c, uint32_t offset, rbf_draw_set *set, double *part)
+{
+	const uint32_t y = rbf_luminance(c->channels), count = set->blocks * RBF_LANES;
+	const int half = rbf_map_get(m->reach.map)->kind == RBF_KIND_HALF;
+	const float excess = m->others ? rbf_draw_excess(m->limit) : 0;
+	rbf_draw_lobe *lobe = (rbf_draw_lobe *)rbf_draw_lobes(set);
+	for (uint32_t i = 0; i < count; i++) {
+		const rbf_block *b = &c->block[set->first + i / RBF_LANES];
+		const uint32_t lane = i % RBF_LANES;
+		const float centre[3] = {b->x[lane], b->y[lane], b->z[lane]}, kappa = b->k[lane];
+		const double mass = (double)c->amplitude[(size_t)y * c->blocks + set->first + i / RBF_LANES].a[lane] * rbf_lobe_integral((double)kappa);
+		float at[3];
+		part[i] = part[count + i] = part[2 * count + i] = 0;
+		if (!(kappa > 0) || !(mass > 0) || !(mass < 1e30))
+			continue;
+		rbf_mirror(m->op, centre, at);
+		m->reach.motion = motion(m, offset + i / RBF_LANES, lane);
+		if (excess > 0)
+			lobe[i].tail = (uint16_t)ceilf(kappa > RBF_LOBE_SHARP ? 65535 * rbf_min(tail(m, at, kappa), 1) : 65535);
+		part[i] = mass * (1 + (double)(excess * (1 / 65535.f) * (float)lobe[i].tail));
+		for (uint32_t t = 1; t <= m->others && half; t++)
+			part[t * count + i] = part[i] * (double)(m->at->inside ? rbf_lobe_rise(&m->reach, m->near[t - 1].l, at, kappa)
+				: t == 1 ? rbf_lobe_slant(&m->reach, at, kappa) : 0);
 	}
-	free(reach);
-	free(motion);
+	for (uint32_t t = 0; t < (half ? (uint32_t)RBF_DRAW_TABLES : 1); t++)
+		set->unit[t] = shares(part + t * count, set->blocks, t, lobe, (uint8_t *)rbf_draw_guide(set, t));
+}
+
+static void make_corner(const place *at, uint32_t k, rbf_draws *draws, double *part)
+{
+	const rbf_component *c = at->component;
+	const rbf_vertex *own = at->corner[k];
+	const uint32_t base = rbf_bound_base(c, own), start = c->set[base * c->frames].first;
+	maker m = {.at = at, .op = own->op, .others = at->corners - 1};
+	memcpy(m.reach.base, own->direction, sizeof m.reach.base);
+	for (uint32_t i = 0; i < m.others; i++) {
+		const rbf_vertex *other = at->corner[(k + 1 + i) % at->corners], *third = at->corner[(k + 2 - i) % at->corners];
+		rbf_neighbour *n = &m.near[i];
+		memcpy(n->k, own->direction, sizeof n->k);
+		memcpy(n->l, other->direction, sizeof n->l);
+		n->twist = at->chain ? 0 : twist_of(n->k, n->l, at->corners > 2 ? third->direction : NULL);
+		m.reach.beyond = rbf_max(rbf_angle(n->k, n->l), m.reach.beyond);
+	}
+	for (uint32_t i = 0; i < 2 && at->shift_of; i++)
+		m.shift[i] = rbf_bound_shift(c, at->shift_of[2 * k + i], base);
+	if (!at->inside && !at->chain)
+		m.reach.beyond = (float)(RBF_PI / 2); /* anywhere outside the mesh */
+	for (uint32_t f = 0; f < c->frames; f++) {
+		rbf_draw_set *set = &draws->set[k * c->frames + f];
+		m.reach.map = c->frame[f];
+		m.linear = rbf_frame_linear(c, f);
+		m.limit = rbf_frame_limit(c, f);
+		make_set(&m, c, set->first - start, set, part);
+	}
+}
+
+static uint32_t tables_of(const rbf_component *c, uint32_t frame)
+{
+	return rbf_map_get(c->frame[frame])->kind == RBF_KIND_HALF ? RBF_DRAW_TABLES : 1;
+}
+
+/* An aligned piece of memory that holds nothing yet. */
+static void *piece(size_t bytes)
+{
+	void *at = bytes < UINT32_MAX ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
+	if (at)
+		memset(at, 0, bytes);
+	return at;
+}
+
+static rbf_draws *make(const place *at)
+{
+	const rbf_component *c = at->component;
+	const uint32_t sets = at->corners * c->frames;
+	const rbf_set *from[3 * RBF_MAX_FRAMES];
+	uint32_t longest = 0;
+	size_t lobes = 0, guides = 0, header = sizeof(rbf_draws) + sets * sizeof(rbf_draw_set);
+	for (uint32_t s = 0; s < sets; s++) {
+		from[s] = rbf_bound_set(c, (size_t)rbf_bound_base(c, at->corner[s / c->frames]) * c->frames + s % c->frames);
+		longest = from[s]->blocks > longest ? from[s]->blocks : longest;
+		lobes += 1 + (size_t)from[s]->blocks * RBF_LANES + RBF_DRAW_STEP;
+		guides += tables_of(c, s % c->frames) * RBF_DRAW_GUIDES;
+	}
+	const size_t first = (header + guides + 7) / 8 * 8;
+	rbf_draws *draws = piece(first + lobes * sizeof(rbf_draw_lobe));
+	double *part = malloc((RBF_DRAW_TABLES * (size_t)longest * RBF_LANES + 1) * sizeof *part);
+	if (!draws || !part) {
+		free(draws);
+		free(part);
+		return NULL;
+	}
+	*draws = (rbf_draws){.corners = (uint16_t)at->corners, .tables = 1, .inside = (uint16_t)at->inside, .frames = (uint16_t)c->frames,
+		.first = (uint32_t)first};
+	lobes = guides = 0;
+	for (uint32_t s = 0; s < sets; s++) {
+		const uint32_t tables = tables_of(c, s % c->frames);
+		const size_t here = sizeof *draws + s * sizeof(rbf_draw_set);
+		draws->tables = tables > draws->tables ? (uint16_t)tables : draws->tables;
+		draws->set[s] = (rbf_draw_set){.first = from[s]->first, .blocks = from[s]->blocks, .guide = (uint32_t)(header + guides - here),
+			.lobe = (uint32_t)(first + lobes * sizeof(rbf_draw_lobe) - here)};
+		lobes += 1 + (size_t)from[s]->blocks * RBF_LANES + RBF_DRAW_STEP;
+		guides += tables * RBF_DRAW_GUIDES;
+	}
+	for (uint32_t k = 0; k < at->corners; k++)
+		make_corner(at, k, draws, part);
 	free(part);
-	rbf_neighbours_free(&near);
-	return good ? 0 : -1;
+	return draws;
+}
+
+rbf_draws *rbf_draws_of_item(const rbf_component *c, uint32_t item)
+{
+	const rbf_mesh *mesh = &c->mesh;
+	const uint32_t border = item & RBF_MESH_BORDER, index = item & ~RBF_MESH_BORDER;
+	const uint32_t element = border ? mesh->border[index][2] : index;
+	uint32_t corner[3];
+	rbf_bound_corners(mesh, item, corner);
+	place at = {.component = c, .chain = mesh->symmetry == RBF_ISOTROPIC};
+	at.corners = border || at.chain ? 2 : 3;
+	at.inside = at.corners == 3;
+	for (uint32_t k = 0; k < at.corners; k++)
+		at.corner[k] = &mesh->vertex[corner[k]];
+	uint32_t shift_of[6] = {RBF_NO_SHIFT, RBF_NO_SHIFT, RBF_NO_SHIFT, RBF_NO_SHIFT, RBF_NO_SHIFT, RBF_NO_SHIFT};
+	if (c->residual && element < mesh->elements) {
+		/* of the element's corners, some of which a border leaves out */
+		for (uint32_t k = 0; k < at.corners; k++)
+			for (uint32_t own = 0; own < 3; own++)
+				if (mesh->element[element].v[own] == corner[k])
+					memcpy(shift_of + 2 * k, c->shift_of + element * 6 + 2 * own, 2 * sizeof *shift_of);
+		at.shift_of = shift_of;
+	}
+	return make(&at);
+}
+
+rbf_draws *rbf_draws_of_corners(const rbf_component *c, const rbf_vertex vertex[3], const float weight[3])
+{
+	place at = {.component = c};
+	for (int k = 0; k < 3; k++)
+		if (weight[k] > 0)
+			at.corner[at.corners++] = &vertex[k];
+	return make(&at);
+}
+
+const rbf_draws *rbf_draws_at(const bsdfrbf_model *model, const rbf_component *c, uint32_t item)
+{
+	const uint32_t border = item & RBF_MESH_BORDER;
+	const size_t items = c->mesh.elements + (size_t)c->mesh.borders, index = border ? c->mesh.elements + (size_t)(item & ~RBF_MESH_BORDER) : item;
+	rbf_kept_draws *_Atomic *list = &model->late->draws[c - model->component], *kept = atomic_load_explicit(list, memory_order_acquire);
+	if (!kept) {
+		rbf_kept_draws *made = calloc(1, sizeof *made + items * sizeof *made->of);
+		if (!made)
+			return NULL;
+		made->items = items;
+		if (atomic_compare_exchange_strong_explicit(list, &kept, made, memory_order_acq_rel, memory_order_acquire))
+			kept = made;
+		else
+			free(made);
+	}
+	void *found = atomic_load_explicit(&kept->of[index], memory_order_acquire);
+	if (!found) {
+		rbf_draws *made = rbf_draws_of_item(c, item);
+		if (!made)
+			return NULL;
+		if (atomic_compare_exchange_strong_explicit(&kept->of[index], &found, made, memory_order_acq_rel, memory_order_acquire))
+			found = made;
+		else
+			free(made);
+	}
+	return found;
 }

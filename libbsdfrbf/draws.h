@@ -1,62 +1,97 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
- * Tables by which sample.c draws a lobe: for each set, running sums of a bound of every lobe's part, in 1/65535 of their total.
- *
- *   MASS   m, the lobe's luminance, sr
- *   BAND   m b (1 + S T): b, the part of the lobe that may lie where its corner takes over from another (takeover.h), in the band above
- *          the horizon (set.band); S, the largest sine between the measured incidence and one that it serves
- *   SLANT  m T: T bounds the slope of the half map's change of solid angle for directions of the lobe
- *
- * Shares are rounded up, so that they stay bounds. A lobe of share q in a table has the bound q unit, unit = set.unit[table].
+ * Tables by which sample.c draws a lobe at sites in one item of the mesh (an element, or a border for what is outside). For each corner and
+ * frame: running sums, in 1/65535 of their total, of bounds of every lobe's part at sites in the item. With m the lobe's luminance, sr,
+ * b the part of the lobe that may lie where the corner takes over from another one of the item (takeover.h), and E by how much its share
+ * may be above 1 there, these are m (1 + E b) times
+ *   in elements      1, and what the half map's change of solid angle, J, may be for directions of the lobe at one, and at the other
+ *                    corner beside: J is linear in the incidence, and at the corner itself 1
+ *   else             1, and T: a bound of the slope of J, which is at most 1 + sin(i,k) T
+ * but for other kinds of maps the first one alone. Shares are rounded up, so that they stay bounds.
+ * Each item's tables are made when a site in it is first to be sampled, by whichever thread asks, and kept: lobes of items that no ray meets
+ * cost nothing.
  */
 #ifndef RBF_DRAWS_H
 #define RBF_DRAWS_H
 #include "map.h"
 
-enum { RBF_DRAW_MASS, RBF_DRAW_BAND, RBF_DRAW_SLANT };
 #define RBF_DRAW_TOTAL 65535
+#define RBF_DRAW_GUIDES 64  /* of a table, each for as much of the total */
+#define RBF_DRAW_TABLES 3
+#define RBF_DRAW_STEP 16    /* lobes that are searched at once; as many entries follow the last one, with all the total */
 
-#define RBF_LOBE_SPREAD 4.f /* sigmas that T covers: all but 3e-4 of a lobe */
+#define RBF_LOBE_SPREAD 4.f /* sigmas that bounds of J cover: all but 3e-4 of a lobe */
 #define RBF_LOBE_SHARP 20.f /* a kappa above it leaves nothing (e^-40) at the other end of the sphere */
 
 /* What the bounds of a lobe depend on, angles in radians. */
 typedef struct rbf_reach {
 	unsigned map;
-	const rbf_linear *linear; /* of a learned one */
 	float base[3];       /* measured incidence */
-	float limit;         /* rbf_frame_limit() */
-	float margin;        /* largest angle to a neighbouring vertex, as rbf_map_margin() */
-	float beyond;        /* largest angle to an incident direction that the base serves */
-	float motion;        /* largest residual motion of the lobes */
+	float beyond;        /* largest angle to an incident direction that is served */
+	float motion;        /* largest residual motion of the lobe */
 } rbf_reach;
-
-/* Tables that a component has: of masses; of bands, unless no corner takes over; of slants, where it has a half map. */
-static inline uint32_t rbf_draw_tables(const rbf_component *c)
-{
-	uint32_t tables = 1;
-	for (uint32_t f = 0; f < c->frames; f++) {
-		const enum rbf_map_kind kind = rbf_map_get(c->frame[f])->kind;
-		const uint32_t needs = kind == RBF_KIND_HALF ? 3 : rbf_frame_limit(c, f) > 1 ? 2 : 1;
-		tables = needs > tables ? needs : tables;
-	}
-	return tables;
-}
 
 /* T of a lobe: 0 but for half maps. */
 float rbf_lobe_slant(const rbf_reach *reach, const float centre[3], float kappa);
 
-/* z of the band's upper edge for lobes that move by reach->motion at most; 1: everywhere. */
-float rbf_draw_band(const rbf_reach *reach);
+/* J, at most, of a lobe at k that is seen from l. */
+float rbf_lobe_rise(const rbf_reach *reach, const float l[3], const float centre[3], float kappa);
 
-/* 1 - cos of the angle between a lobe at height z and a band: what is nearer is not in the band. 0 for broad lobes. */
-static inline float rbf_lobe_gap(float z, float kappa, float band)
+typedef struct rbf_draw_lobe {
+	uint16_t running[RBF_DRAW_TABLES];
+	uint16_t tail;                  /* b, in 1/65535: it is the outer part of the lobe that may lie there */
+} rbf_draw_lobe;
+_Static_assert(sizeof(rbf_draw_lobe) == 4 * sizeof(uint16_t), "loaded as four numbers");
+
+/* Tables of one corner and frame. */
+typedef struct rbf_draw_set {
+	uint32_t first, blocks;         /* of the set; at most what the set has */
+	float unit[RBF_DRAW_TABLES];    /* what a share stands for, sr; 0: nothing is drawn by that table */
+	uint32_t guide, lobe;           /* bytes from here to the guides of each table, and to an entry of 0 and those of all lanes */
+} rbf_draw_set;
+
+typedef struct rbf_draws {
+	uint16_t corners, tables;       /* tables: of all sets, 1 or RBF_DRAW_TABLES */
+	uint16_t inside;                /* J is linear between the corners, else T is what is there */
+	uint16_t frames;
+	uint32_t first;                 /* bytes up to where the lobes begin: what every draw needs */
+	rbf_draw_set set[];             /* [corners][frames] */
+} rbf_draws;
+
+/* Which lobes to begin with, of so many blocks, for each 1024 of a running sum: 256ths of the blocks. */
+static inline const uint8_t *rbf_draw_guide(const rbf_draw_set *set, uint32_t table)
 {
-	if (kappa <= RBF_LOBE_SHARP || z <= band)
-		return 0;
-	const float up = z - band, along = sqrtf(rbf_max(1 - z*z, 0.f)) - sqrtf(rbf_max(1 - band*band, 0.f));
-	return .5f * (up*up + along*along);
+	return (const uint8_t *)set + set->guide + table * RBF_DRAW_GUIDES;
 }
 
-/* Fills in set.unit, set.band and the tables of a component whose arrays are there. Returns 0, or -1 when out of memory. */
-int rbf_draws_make(rbf_component *component);
+static inline uint32_t rbf_draw_begin(uint32_t guide, uint32_t blocks)
+{
+	return (guide * blocks >> 8) * RBF_LANES;
+}
+
+/* Of the first lane; before it is an entry of 0. */
+static inline const rbf_draw_lobe *rbf_draw_lobes(const rbf_draw_set *set)
+{
+	return (const rbf_draw_lobe *)(const void *)((const char *)set + set->lobe) + 1;
+}
+
+/* Asks memory for what every draw needs. */
+static inline void rbf_draws_fetch(const rbf_draws *draws)
+{
+	for (uint32_t at = 0; at < draws->first; at += 64)
+		__builtin_prefetch((const char *)draws + at);
+}
+
+/* E: by how much shares of a frame of this limit may be above 1. */
+static inline float rbf_draw_excess(float limit)
+{
+	return limit > 1 ? limit - 1 : 0;
+}
+
+/* Those of an item, and of corners that are given, without residual motion: to be freed by free(). NULL: out of memory. */
+rbf_draws *rbf_draws_of_item(const rbf_component *component, uint32_t item);
+rbf_draws *rbf_draws_of_corners(const rbf_component *component, const rbf_vertex vertex[3], const float weight[3]);
+
+/* Those of an item, kept by the model. NULL: out of memory. */
+const rbf_draws *rbf_draws_at(const bsdfrbf_model *model, const rbf_component *component, uint32_t item);
 #endif

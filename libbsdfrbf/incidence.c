@@ -81,28 +81,34 @@ void rbf_side_dhr(rbf_side *s, float *value)
 static const rbf_sampler *sampler_of(rbf_side *s)
 {
 	if (!s->ready)
-		rbf_sampler_set(place_of(s), &s->sampler);
-	s->ready = 1;
+		rbf_sides_prepare(1, s);
 	return &s->sampler;
 }
 
 void rbf_sides_prepare(uint32_t sides, rbf_side side[])
 {
-	int wanted[RBF_SIDES];
+	int wanted[RBF_SIDES], open[RBF_SIDES];
+	const rbf_draws *draws[RBF_SIDES];
 	for (uint32_t n = 0; n < sides; n++) {
 		wanted[n] = side[n].component && !side[n].swapped;
-		if (wanted[n])
+		open[n] = wanted[n] && !side[n].located;
+		if (open[n])
 			rbf_site_turn(side[n].component, side[n].local, &side[n].site);
 	}
-	for (uint32_t n = 0; n < sides; n++)
-		if (wanted[n])
+	for (uint32_t n = 0; n < sides; n++) {
+		if (open[n])
 			rbf_site_find(&side[n].site, &side[n].spot);
-	for (uint32_t n = 0; n < sides; n++)
 		if (wanted[n])
+			draws[n] = rbf_draws_at(side[n].model, side[n].component, side[n].spot.item);
+		if (wanted[n] && draws[n])
+			rbf_draws_fetch(draws[n]);
+	}
+	for (uint32_t n = 0; n < sides; n++)
+		if (open[n])
 			rbf_site_settle(&side[n].site, &side[n].spot);
 	for (uint32_t n = 0; n < sides; n++)
 		if (wanted[n]) {
-			rbf_sampler_set(&side[n].site, &side[n].sampler);
+			rbf_sampler_set(&side[n].site, draws[n], side[n].spot.weight, &side[n].sampler);
 			side[n].located = side[n].ready = 1;
 		}
 }

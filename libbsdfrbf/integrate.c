@@ -141,7 +141,7 @@ static float add_up(const rbf_site *site, int finer, double value[3])
 	value[0] = value[1] = value[2] = 0;
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++)
-			all += site->part[k] * RBF_DRAW_TOTAL * rbf_bound_set(c, site->base[k] * c->frames + f)->unit[RBF_DRAW_MASS];
+			all += site->part[k] * rbf_bound_set(c, site->base[k] * c->frames + f)->sent;
 	for (uint32_t k = 0; k < site->corners; k++)
 		for (uint32_t f = 0; f < c->frames; f++) {
 			const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + f);

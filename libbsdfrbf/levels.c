@@ -6,7 +6,6 @@
  */
 #include "levels.h"
 #include "assemble.h"
-#include "draws.h"
 #include "integrate.h"
 #include "kernel.h"
 #include "small_system.h"
@@ -95,7 +94,7 @@ float *rbf_levels_arrived(const rbf_fitted *m)
 		const rbf_vertex own = {{d[0], d[1], d[2]}, (uint32_t)b, RBF_OP_NONE}, vertex[3] = {own, own, own};
 		rbf_site site;
 		double value[3];
-		((rbf_set *)c.set)[b].unit[RBF_DRAW_MASS] = root[b] * root[b] * root[b] * root[b] / RBF_DRAW_TOTAL;
+		((rbf_set *)c.set)[b].sent = root[b] * root[b] * root[b] * root[b];
 		rbf_site_corners(&c, d, vertex, weight, &site);
 		rbf_site_dhr(&site, value);
 		root[b] = (float)sqrt(sqrt(value[y]));

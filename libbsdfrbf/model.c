@@ -34,6 +34,12 @@ static void free_late(rbf_late *late)
 			free(atomic_load_explicit(&r->cell[n], memory_order_acquire));
 		free(r);
 	}
+	for (int i = 0; i < 4; i++) {
+		rbf_kept_draws *kept = atomic_load_explicit(&late->draws[i], memory_order_acquire);
+		for (size_t n = 0; kept && n < kept->items; n++)
+			free(atomic_load_explicit(&kept->of[n], memory_order_acquire));
+		free(kept);
+	}
 	free(late);
 }
 

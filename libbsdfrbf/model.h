@@ -62,8 +62,9 @@ typedef struct rbf_level {
 typedef struct rbf_set {
 	uint32_t first;     /* first block */
 	uint32_t blocks;
-	float unit[3];      /* what a share of each table of draws stands for: luminance, sr (draws.h) */
-	float band;         /* z below which one corner may take over from another; 0: nowhere */
+	float sent;         /* luminance, sr; of records up to version 1.2, as the next two, of tables for sampling: only builds need it */
+	float unused[2];
+	float band;         /* z below which one corner may take over from another; 0: nowhere; for builds, too */
 } rbf_set;
 
 /* What was learned from the data for a frame (map.h): tangential components e of a beam as a linear map of the incident
@@ -111,7 +112,6 @@ typedef struct rbf_component {
 	uint32_t blocks;
 	const rbf_block *block;         /* [blocks] */
 	const rbf_amplitude *amplitude; /* [channels][blocks] */
-	const uint16_t *draws;          /* [rbf_draw_tables()][blocks * RBF_LANES]: running sums within each set, for sampling (draws.h) */
 	/* culling: for each set and cell, which groups of ceil(set.blocks / 64) blocks matter; one of the two, or both NULL */
 	const uint64_t *cull;           /* packed, see cull.h */
 	const uint64_t *cull_wide;      /* [sets][RBF_CULL_GRID^2]: only of files that were written before masks were packed */
@@ -148,8 +148,14 @@ typedef struct rbf_reciprocal {
 	void *_Atomic cell[];   /* one malloc'ed block each that never changes any more, or NULL: not yet made */
 } rbf_reciprocal;
 
+typedef struct rbf_kept_draws {
+	size_t items;
+	void *_Atomic of[];     /* of the elements, then of the borders: one malloc'ed rbf_draws each (draws.h), or NULL */
+} rbf_kept_draws;
+
 /* What is worked out when it is first asked for, by whichever thread asks, and kept: the one part of a model that is not fixed. */
 typedef struct rbf_late {
+	rbf_kept_draws *_Atomic draws[4];          /* of each component that was sampled */
 	rbf_reciprocal *_Atomic reciprocal[2];     /* of tf, tb where the other one is missing */
 } rbf_late;
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * The larger arrays of a component in a sixth to a quarter of their bytes, for records that are read as a whole when they are opened anyway.
- * What is packed is unpacked then, so that nothing that evaluates or samples knows of it; tables of draws are made anew.
+ * What is packed is unpacked then, so that nothing that evaluates or samples knows of it.
  *
  * A stream of bits, the lowest of each byte first:
  *   header   9 bits: smallest exponent of amplitudes; 1 bit: whether there are masks; 4 bits each: orders of the counts of RBF_PACK_ORDERS

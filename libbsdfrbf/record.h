@@ -112,8 +112,8 @@ const char *rbf_record_former(rbf_component *component, void **made);
 
 #define RBF_RECORD_FORMER_PACKED 39u /* kind of "packed" in versions 1.1 and 1.2, whose streams were others */
 
-/* Kinds that only version 1.0 had, of no use any more. */
-int rbf_record_former_kind(uint32_t kind);
+/* Kinds that only former versions had, up to this one, of no use any more. */
+int rbf_record_former_kind(uint32_t minor, uint32_t kind);
 
 /* bsdfrbf_open() with another limit for the full check. */
 bsdfrbf_status rbf_record_open(bsdfrbf_context *context, const char *path, uint64_t verify_bytes, bsdfrbf_model **model);

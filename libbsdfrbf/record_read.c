@@ -169,7 +169,7 @@ static bsdfrbf_status check_directory(const reader *r)
 		if (s->offset != rbf_record_align(offset) || s->offset > r->bytes || s->bytes > r->bytes - s->offset || !s->bytes)
 			return damaged_section(r, s, "place or size");
 		offset = s->offset + s->bytes;
-		if (!known && s->flags & RBF_RECORD_MUST && !(h->minor == 0 && rbf_record_former_kind(s->kind)))
+		if (!known && s->flags & RBF_RECORD_MUST && !rbf_record_former_kind(h->minor, s->kind))
 			return rbf_fail(r->context, BSDFRBF_ERR_VERSION, "%s: version %u.%u of the format, with a part (kind %u) that this"
 				" library does not know and may not ignore: use a later one", r->path, h->major, h->minor, s->kind);
 		if (known && s->flags & ~RBF_RECORD_MUST)

@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /*
  * The evaluated density is a sum of terms: corner k, frame f, lobe j. Each is
- *     w_k s_k F  times the lobe,  F <= gain_kf (1 + sin(i,k) T_j),
+ *     w_k s_k F  times the lobe,  F = gain_kf J,
  * s_k the share of the corner among corners (1, but at most rbf_frame_limit() where it takes over from less valid ones), F the factor of
- * the map, T_j the slope of the half map's change of solid angle. A lobe is drawn by its part of that bound, a direction is drawn
- * from the lobe, carried back through the map, and kept with the probability true term / bound: what is kept is distributed exactly as
- * the sum, whatever the overlaps (thinning). min(s_k, 1) and the excess s_k - 1 are separate terms: only what lies in a band above the
- * horizon can have an excess, and of a lobe that is centred above the band only the tail is drawn for that.
+ * the map. A lobe is drawn by a bound of its part (draws.h), a direction is drawn from the lobe, its tail, where the corner may take over,
+ * as much more often as its share may be above 1, carried back through the map, and kept with the probability true term / bound: what is kept is
+ * distributed exactly as the sum, whatever the overlaps (thinning).
  */
-#include "bounds.h"
 #include "carry.h"
 #include "clones.h"
 #include "elementary.h"
@@ -16,8 +14,6 @@
 #include "shares.h"
 
 #include <string.h>
-
-enum { WINDOW = 8 }; /* blocks that are searched at once */
 
 /* Direction at 1 - cos = w from the centre, at the azimuth whose cosine and sine are given. */
 static inline void around(const float centre[3], float w, float cosine, float sine, float out[3])
@@ -47,139 +43,140 @@ static inline void circle(float v, float *cosine, float *sine)
 	*sine = -2 * s * c;
 }
 
-/* As rbf_lobe_draw(), quicker and not to the last digit; only at 1 - cos >= gap, which is 0 for broad lobes. width: 1 / kappa; far: what is
- * left of the lobe at the other end of the sphere. */
-static inline void draw(const float centre[3], float width, float far, float gap, float u, float v, float out[3])
+/* As rbf_lobe_draw(), quicker and not to the last digit. width: 1 / kappa; far: what is left of the lobe at the other end of the sphere. */
+static inline void draw(const float centre[3], float width, float far, float u, float v, float out[3])
 {
 	float cosine, sine;
 	circle(v, &cosine, &sine);
-	around(centre, rbf_min(gap + rbf_minus_log(u + (1 - u) * far) * width, 2.f), cosine, sine, out);
+	around(centre, rbf_min(rbf_minus_log(u + (1 - u) * far) * width, 2.f), cosine, sine, out);
 }
 
-/* What the band's table stands for of a share, or the others. What is above 1 by rounding is not. */
-static inline float of_share(float share, int band)
+/* First lobe whose running sum is above the target, or the last one. Hardly a branch that could be guessed wrong: most are found among the first
+ * that the guide leads to. of: their other numbers, asked for ahead. */
+static inline __attribute__((always_inline)) uint32_t first_above(const rbf_draw_set *set, uint32_t table, uint16_t target,
+	const rbf_block *first_block, const rbf_amplitude *luminance)
 {
-	return band ? share > 1 + 1e-6f ? share - 1 : 0 : rbf_min(share, 1.f);
-}
-
-/* Carries a direction drawn at a corner back to the site. Returns the factor of the map, with the limit at the horizon, times what the
- * corner's share has of the excess, or of what is not; 0 if it falls outside. exitant is folded. */
-static inline __attribute__((always_inline)) float carry(const rbf_site *site, uint32_t corner, uint32_t frame, int band,
-	const float drawn[3], float exitant[3])
-{
-	const rbf_fan *fan = &site->fan[frame];
-	const float (*k)[RBF_FAN] = (const float (*)[RBF_FAN])site->direction;
-	const float p[3] = {drawn[0] * site->flip[0][corner], drawn[1] * site->flip[1][corner], drawn[2]};
-	const float factor = rbf_fan_inverse(fan, site->incident, k, corner, p, exitant) * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
-	if (!(factor > 0))
-		return 0;
-	if (!band && p[2] >= RBF_VALID_Z) /* this corner leaves nothing to others */
-		return factor;
-	float share[RBF_FAN];
-	rbf_lanes_store(share, rbf_shares_at(site, frame, rbf_fan_heights(fan, site->incident, k, corner, p, exitant)));
-	return factor * of_share(share[corner], band);
-}
-
-typedef uint16_t shorts __attribute__((vector_size(2 * RBF_LANES)));
-
-/* How many numbers of so many blocks are not above the target. */
-static inline __attribute__((always_inline)) uint32_t count_within(const uint16_t *rising, uint32_t blocks, uint16_t target)
-{
-	const shorts most = target - (shorts){0};
-	shorts within = {0};
-	for (uint32_t n = 0; n < blocks; n++) {
-		shorts some;
-		memcpy(&some, rising + n * RBF_LANES, sizeof some);
-		within -= (shorts)(some <= most);
+	const uint32_t last = set->blocks * RBF_LANES - 1;
+	const rbf_draw_lobe *lobe = rbf_draw_lobes(set);
+	uint32_t at = rbf_draw_begin(rbf_draw_guide(set, table)[target >> 10], set->blocks);
+	const rbf_block *block = first_block + at / RBF_LANES;
+	__builtin_prefetch(lobe + at + RBF_LANES);
+	__builtin_prefetch(block);
+	__builtin_prefetch(block->z);
+	__builtin_prefetch(luminance + at / RBF_LANES);
+	for (;;) {
+		for (uint32_t step = RBF_DRAW_STEP / 2; step; step /= 2)
+			at += lobe[at + step - 1].running[table] <= target ? step : 0;
+		if (__builtin_expect(lobe[at].running[table] > target || at >= last, 1))
+			return at < last ? at : last;
+		at++;
 	}
-	uint64_t sum[2];
-	memcpy(sum, &within, sizeof sum);
-	return (uint32_t)((sum[0] + sum[1]) * 0x0001000100010001u >> 48);
 }
 
-/* First number that is above the target, or the last one, of `blocks` blocks of numbers that rise. No branch that could be guessed wrong. */
-static inline __attribute__((always_inline)) uint32_t first_above(const uint16_t *rising, uint32_t blocks, uint16_t target)
+_Static_assert(RBF_DRAW_GUIDES << 10 == RBF_DRAW_TOTAL + 1, "guides are for 1024 each");
+
+/* Sums of lanes up to each. */
+static inline __attribute__((always_inline)) rbf_lanes running_sum(rbf_lanes v)
 {
-	const uint32_t last = blocks * RBF_LANES - 1;
-	uint32_t block = 0, at;
-	if (blocks < WINDOW)
-		at = count_within(rising, blocks, target);
-	else {
-		for (uint32_t n = WINDOW; n < blocks; n += WINDOW) /* compares do not wait for each other */
-			block += rising[n * RBF_LANES - 1] <= target ? WINDOW : 0;
-		block = block < blocks - WINDOW ? block : blocks - WINDOW;
-		at = block * RBF_LANES + count_within(rising + block * RBF_LANES, WINDOW, target);
+	const rbf_lanes pairs = v + (rbf_lanes){0, v[0], 0, v[2]};
+	return pairs + (rbf_lanes){0, 0, pairs[1], pairs[1]};
+}
+
+/* The weights by which the incidence is the sum of an element's corners, of which this one is first, or the next, or the last. */
+static inline __attribute__((always_inline)) void weigh_corners(const rbf_site *site, const float weight[3], const uint32_t at[3], rbf_lanes whole[3])
+{
+	const rbf_lanes own = rbf_lanes_load(site->weight);
+	const rbf_lanes cosine = rbf_lanes_load(site->direction[0]) * site->incident[0] + rbf_lanes_load(site->direction[1]) * site->incident[1]
+		+ rbf_lanes_load(site->direction[2]) * site->incident[2];
+	const rbf_lanes scale = 1 / rbf_lanes_max(rbf_lanes_sum(own * cosine), rbf_lanes_all(1e-3f));
+	whole[0] = own * scale;
+	if (site->corners == 3) {
+		const rbf_lanes v = whole[0];
+		whole[1] = (rbf_lanes){v[1], v[2], v[0], 0};
+		whole[2] = (rbf_lanes){v[2], v[0], v[1], 0};
+		return;
 	}
-	return at < last ? at : last;
-}
-
-/* Share of an entry of a set's table. */
-static inline uint32_t share_at(const uint16_t *running, uint32_t at)
-{
-	return (uint16_t)(running[at] - (at ? running[at - 1] : 0));
-}
-
-/* The parts of all corners in one frame, after so many and the sum `total`. What a part without light leaves, the next one takes. */
-static inline __attribute__((always_inline)) uint32_t add_parts(const rbf_site *site, uint32_t frame, uint32_t tables, uint32_t parts,
-	float *total, rbf_sampler *sampler)
-{
-	const rbf_component *c = site->component;
-	const rbf_fan *fan = &site->fan[frame];
-	const rbf_lanes each = rbf_lanes_load(site->part) * rbf_lanes_load(fan->gain) * (float)RBF_DRAW_TOTAL;
-	const rbf_lanes least = rbf_lanes_max(rbf_lanes_load(site->weight), rbf_lanes_all(1e-30f));
-	/* weights times shares come to 1 */
-	const rbf_lanes excess = rbf_lanes_min(rbf_lanes_all(fan->limit), 1 / least) - 1, band = each * excess;
-	const rbf_lanes slant = each * rbf_lanes_load(fan->sine);
-	float sum = *total;
-	for (uint32_t k = 0; k < site->corners; k++) {
-		const rbf_set *set = rbf_bound_set(c, site->base[k] * c->frames + frame);
-		const float of[3] = {each[k] * set->unit[0], band[k] * set->unit[1], slant[k] * set->unit[2]};
-		for (uint32_t t = 0; t < tables; t++) {
-			const float next = sum + of[t];
-			sampler->part[parts] = (struct rbf_sampler_part){set, excess[k], (uint8_t)k, (uint8_t)frame, (uint8_t)t};
-			sampler->before[parts + 1] = next;
-			const int some = (next > sum) & (set->blocks > 0);
-			sum = some ? next : sum;
-			parts += (uint32_t)some;
+	for (uint32_t t = 1; t < 3; t++) { /* some of the element's corners are not the site's */
+		whole[t] = rbf_lanes_all(0);
+		for (uint32_t k = 0; k < site->corners && weight; k++) {
+			const float other = weight[at[k] + t < 3 ? at[k] + t : at[k] + t - 3] * scale[0];
+			whole[t] += k ? (rbf_lanes){0, other, 0, 0} : (rbf_lanes){other, 0, 0, 0};
 		}
 	}
-	*total = sum;
-	return parts;
 }
 
-/* tables: as rbf_draw_tables(), a constant where it is inlined. */
-static inline __attribute__((always_inline)) void add_frames(const rbf_site *site, uint32_t tables, rbf_sampler *sampler)
+/* tables: of each set, a constant where it is inlined. */
+static inline __attribute__((always_inline)) void add_frames(const rbf_site *site, const rbf_draws *draws, const float weight[3], uint32_t tables,
+	rbf_sampler *sampler)
 {
-	const rbf_component *c = site->component;
-	const size_t lanes = (size_t)c->blocks * RBF_LANES;
-	float total = 0;
-	for (int t = 0; t < 3; t++)
-		sampler->draws[t] = c->draws + (size_t)t * lanes;
-	sampler->luminance = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
-	sampler->parts = 0;
-	sampler->before[0] = 0;
-	for (uint32_t f = 0; f < c->frames; f++)
-		sampler->parts = add_parts(site, f, tables, sampler->parts, &total, sampler);
-	float *end = sampler->before + sampler->parts;
-	sampler->total = *end;
-	rbf_lanes_store(end + 1, rbf_lanes_all(INFINITY));
-	for (uint32_t p = 0; p < sampler->parts; p += RBF_FAN)
-		rbf_lanes_store(sampler->scale + p, RBF_DRAW_TOTAL / (rbf_lanes_load(sampler->before + p + 1) - rbf_lanes_load(sampler->before + p)));
-	*end = INFINITY;
-}
-
-RBF_CLONES static void set_sampler(const rbf_site *site, uint32_t tables, rbf_sampler *sampler)
-{
-	switch (tables) {
-	case 1: add_frames(site, 1, sampler); break;
-	case 2: add_frames(site, 2, sampler); break;
-	default: add_frames(site, 3, sampler);
+	const uint32_t frames = site->component->frames, parts = frames * tables * RBF_FAN;
+	const rbf_lanes part = rbf_lanes_load(site->part);
+	rbf_lanes whole[3], sum = rbf_lanes_all(0);
+	uint32_t at[3] = {0, 1, 2}, k = 0; /* places of the site's corners among those of the draws */
+	if (site->corners < 3 && weight)
+		for (uint32_t n = 0; n < 3; n++)
+			if (weight[n] > 0)
+				at[k++] = n;
+	if (tables > 1 && draws->inside)
+		weigh_corners(site, weight, at, whole);
+	sampler->tables = tables;
+	sampler->parts = parts;
+	sampler->luminance = site->component->amplitude + (size_t)rbf_luminance(site->component->channels) * site->component->blocks;
+	for (uint32_t f = 0; f < frames; f++) {
+		const rbf_fan *fan = &site->fan[f];
+		const int half = tables > 1 && fan->kind == RBF_KIND_HALF;
+		const rbf_lanes gain = half ? rbf_lanes_load(fan->gain) : rbf_lanes_all(1);
+		rbf_lanes of[4];
+		of[3] = rbf_lanes_all(0);
+		for (uint32_t n = 0; n < 3; n++) {
+			const rbf_draw_set *set = &draws->set[at[n < site->corners ? n : 0] * frames + f];
+			of[n] = n < site->corners ? rbf_lanes_load(set->unit) : rbf_lanes_all(0); /* and something that does not matter */
+			sampler->set[n][f].set = set;
+		}
+		rbf_lanes_transpose(of);
+		for (uint32_t t = 0; t < RBF_DRAW_TABLES; t++) {
+			const rbf_lanes share = half && draws->inside ? whole[t] : t && half ? t > 1 ? rbf_lanes_all(0) : rbf_lanes_load(fan->sine)
+				: rbf_lanes_all(!t);
+			of[t] *= gain * share;
+			if (t >= tables)
+				continue;
+			const rbf_lanes until = running_sum(part * of[t] * (float)RBF_DRAW_TOTAL) + sum, before = {sum[0], until[0], until[1], until[2]};
+			const uint32_t p = (f * tables + t) * RBF_FAN;
+			rbf_lanes_store(sampler->before + p, before);
+			rbf_lanes_store(sampler->scale + p, RBF_DRAW_TOTAL * 0x1p32f / (until - before));
+			sum = rbf_lanes_all(until[3]);
+		}
+		of[3] = rbf_lanes_all(rbf_draw_excess(fan->limit));
+		rbf_lanes_transpose(of);
+		for (uint32_t n = 0; n < 3; n++)
+			rbf_lanes_store(sampler->set[n][f].bound, of[n]);
 	}
+	sampler->total = sum[0];
+	/* what is behind the last one is not reached, whatever is rounded */
+	for (uint32_t p = 0; p < parts; p += RBF_FAN) {
+		const rbf_lanes before = rbf_lanes_load(sampler->before + p);
+		rbf_lanes_store(sampler->before + p, rbf_lanes_select(before < sum, before, rbf_lanes_all(INFINITY)));
+	}
+	for (uint32_t p = parts; p < RBF_SAMPLER_FEW; p += RBF_FAN)
+		rbf_lanes_store(sampler->before + p, rbf_lanes_all(INFINITY));
 }
 
-void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler)
+RBF_CLONES static void set_sampler(const rbf_site *site, const rbf_draws *draws, const float weight[3], rbf_sampler *sampler)
 {
-	set_sampler(site, rbf_draw_tables(site->component), sampler);
+	if (draws->tables == 1)
+		add_frames(site, draws, weight, 1, sampler);
+	else
+		add_frames(site, draws, weight, RBF_DRAW_TABLES, sampler);
+}
+
+void rbf_sampler_set(const rbf_site *site, const rbf_draws *draws, const float weight[3], rbf_sampler *sampler)
+{
+	if (draws)
+		set_sampler(site, draws, weight, sampler);
+	else {
+		sampler->parts = 0;
+		sampler->total = 0;
+	}
 }
 
 /* Into [0, 1). */
@@ -188,85 +185,107 @@ static inline double clamped(double u)
 	return u > 0 ? u < 1 ? u : 1 - 0x1p-53 : 0;
 }
 
-/* What a lobe's bounds come to at a site (integral: of the lobe): luminance; the bound of that with the factor of the map, and what it would
- * be if shares were not rounded up, at least; and the bound in the band. */
-typedef struct bounds { float mass, whole, band, least; } bounds;
-
-static inline bounds bounds_at(const rbf_sampler *sampler, const struct rbf_sampler_part *part, float sine, uint32_t at, float integral)
-{
-	const rbf_set *set = part->set;
-	const size_t first = (size_t)set->first * RBF_LANES;
-	bounds b = {.mass = integral * sampler->luminance[set->first + at / RBF_LANES].a[at % RBF_LANES],
-		.whole = set->unit[RBF_DRAW_MASS] * (float)share_at(sampler->draws[RBF_DRAW_MASS] + first, at)};
-	b.least = b.mass;
-	if (sine > 0) {
-		const uint32_t share = share_at(sampler->draws[RBF_DRAW_SLANT] + first, at);
-		b.whole += sine * set->unit[RBF_DRAW_SLANT] * (float)share;
-		b.least += sine * set->unit[RBF_DRAW_SLANT] * (float)(share ? share - 1 : 0);
-	}
-	if (part->table == RBF_DRAW_BAND)
-		b.band = set->unit[RBF_DRAW_BAND] * (float)share_at(sampler->draws[RBF_DRAW_BAND] + first, at);
-	return b;
-}
-
 /* A lobe, and the numbers by which a direction is drawn from it. */
 typedef struct lobe {
-	float centre[3], width, far, gap, a, b; /* width: 1 / kappa */
+	float centre[3], width, far, a, b; /* width: 1 / kappa */
+	float most;     /* of the corner's share */
 	float keep;     /* with this, times factor and share, the direction is kept */
 } lobe;
+
+/* What the parts are, in the order that they have. */
+static inline __attribute__((always_inline)) rbf_sampler_part part_of(const rbf_sampler *sampler, uint32_t p)
+{
+	const uint32_t row = p / RBF_FAN, frame = sampler->tables > 1 ? row / RBF_DRAW_TABLES : row;
+	return (rbf_sampler_part){p % RBF_FAN, frame, sampler->tables > 1 ? row % RBF_DRAW_TABLES : 0};
+}
+
+/* Whether a direction that was drawn from a lobe at a corner is kept, and where it is at the site, folded. number: of [0, 1). */
+static inline __attribute__((always_inline)) int kept(const rbf_site *site, rbf_sampler_part part, const lobe *l, const float drawn[3],
+	float number, float exitant[3])
+{
+	const uint32_t corner = part.corner;
+	const rbf_fan *fan = &site->fan[part.frame];
+	const float (*k)[RBF_FAN] = (const float (*)[RBF_FAN])site->direction;
+	const float p[3] = {drawn[0] * site->flip[0][corner], drawn[1] * site->flip[1][corner], drawn[2]};
+	const float factor = rbf_fan_inverse(fan, site->incident, k, corner, p, exitant) * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
+	/* without a look at the other corners: shares are no less than the validity, as the sum of all is at most 1 */
+	const float keep = factor > 0 ? factor * l->keep : 0, least = fan->limit > 1 ? rbf_validity(p[2]) : 1;
+	if (number < keep * least)
+		return 1;
+	if (!(number < keep * l->most))
+		return 0;
+	float share[RBF_FAN];
+	rbf_lanes_store(share, rbf_shares_at(site, part.frame, rbf_fan_heights(fan, site->incident, k, corner, p, exitant)));
+	return number < keep * rbf_min(share[corner], l->most);
+}
 
 /* Where in the sum of the parts a number points to. */
 static inline __attribute__((always_inline)) uint32_t part_at(const rbf_sampler *sampler, float pick)
 {
+	const float *before = sampler->before;
 	uint64_t below = 0;
-	for (uint32_t n = 0; n < sampler->parts; n += RBF_FAN)
-		below |= (uint64_t)rbf_lanes_bits(rbf_lanes_load(sampler->before + n) <= pick) << n;
+	for (uint32_t n = 0; n < RBF_SAMPLER_FEW; n += RBF_FAN)
+		below |= (uint64_t)rbf_lanes_bits(rbf_lanes_load(before + n) <= pick) << n;
+	for (uint32_t n = RBF_SAMPLER_FEW; n < sampler->parts; n += RBF_FAN)
+		below |= (uint64_t)rbf_lanes_bits(rbf_lanes_load(before + n) <= pick) << n;
 	return (uint32_t)__builtin_ctzll(~below) - 1; /* they rise from 0 */
 }
 
 /* What a number that points to part p is in units of its table, times 2^32; it was rounded when the part was found. */
-static inline uint64_t units_at(const rbf_sampler *sampler, uint32_t p, double pick)
+static inline __attribute__((always_inline)) uint64_t units_at(const rbf_sampler *sampler, uint32_t p, double pick)
 {
-	const double units = (double)sampler->scale[p] * 0x1p32 * (pick - (double)sampler->before[p]), most = RBF_DRAW_TOTAL * 0x1p32 - 1;
+	const double units = (double)sampler->scale[p] * (pick - (double)sampler->before[p]), most = RBF_DRAW_TOTAL * 0x1p32 - 1;
 	return (uint64_t)(int64_t)(units > 0 ? units < most ? units : most : 0);
 }
 
-/* The lobe of part p that a number points to. state: of random numbers. Returns 0 if none is drawn, at once if `early` (a constant). */
-static inline __attribute__((always_inline)) int choose(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, double pick, int first,
-	int early, uint64_t *state, lobe *l)
+/* 1 or 0, without a branch, which could not be foreseen. */
+static inline float rbf_is_negative(float x)
 {
-	int taken = 1;
-	const struct rbf_sampler_part *part = &sampler->part[p];
-	const rbf_set *set = part->set;
-	const uint32_t frame = part->frame, k = part->corner;
-	const rbf_fan *fan = &site->fan[frame];
-	const uint16_t *running = sampler->draws[part->table] + (size_t)set->first * RBF_LANES;
+	uint32_t bits;
+	memcpy(&bits, &x, sizeof bits);
+	return (float)(int32_t)(bits >> 31);
+}
+
+/* The lobe of part p that a number points to. state: of random numbers. Returns 0 if none is drawn. */
+static inline __attribute__((always_inline)) int choose(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, double pick, int first,
+	uint64_t *state, lobe *l)
+{
+	const rbf_sampler_part part = part_of(sampler, p);
+	const struct rbf_sampler_set *of = &sampler->set[part.corner][part.frame];
+	const rbf_draw_set *set = of->set;
+	const float *bound = of->bound;
+	const rbf_block *first_block = site->component->block + set->first;
+	const rbf_amplitude *luminance = sampler->luminance + set->first;
 	const uint64_t units = units_at(sampler, p, pick);
-	const uint32_t low = first_above(running, set->blocks, (uint16_t)(units >> 32)), step = share_at(running, low);
-	const uint32_t block = set->first + low / RBF_LANES, lane = low % RBF_LANES;
-	const float kappa = site->component->block[block].k[lane];
+	const uint32_t low = first_above(set, part.table, (uint16_t)(units >> 32), first_block, luminance), lane = low % RBF_LANES;
+	const rbf_block *block = first_block + low / RBF_LANES;
+	const rbf_draw_lobe *entry = rbf_draw_lobes(set) + low;
+	const float kappa = block->k[lane];
+	uint64_t until, before, share;
+	float number;
 	if (!(kappa > 0))
 		return 0;
-	if (first)
-		rbf_split_number((uint32_t)((units - ((uint64_t)(running[low] - step) << 32)) / (step | !step)), &l->a, &l->b);
-	else
-		rbf_two_uniforms(state, &l->a, &l->b);
+	memcpy(&until, entry, sizeof until);
+	memcpy(&before, entry - 1, sizeof before);
+	share = until - before; /* of each table, as sums rise; but not the tail */
+	if (first) {
+		const uint32_t from = before >> 16 * part.table & 0xffff, step = share >> 16 * part.table & 0xffff;
+		rbf_split_number((uint32_t)((units - ((uint64_t)from << 32)) / (step | !step)), &number, &l->b);
+	} else
+		rbf_two_uniforms(state, &number, &l->b);
 	l->width = 1 / kappa;
-	rbf_site_centre(site, k, block, lane, l->centre);
+	rbf_site_centre(site, part.corner, set->first + low / RBF_LANES, lane, l->centre);
 	l->far = kappa > RBF_LOBE_SHARP ? 0 : rbf_exp_negative(-2 * kappa);
-	l->gap = 0;
-	const bounds bound = bounds_at(sampler, part, fan->sine[k], low, (float)(2 * RBF_PI) * (1 - l->far) * l->width);
-	l->keep = bound.mass / (bound.whole * fan->gain[k]);
-	if (part->table == RBF_DRAW_BAND) {
-		const float inside = bound.band < bound.least && !(l->far > 0) ? rbf_minus_log(bound.band / bound.least) * l->width * .999f : 0;
-		l->gap = rbf_max(inside, rbf_lobe_gap(l->centre[2], kappa, set->band));
-		const float some = rbf_exp_negative(-kappa * l->gap) * bound.whole / bound.band;
-		taken = rbf_uniform(state) < (double)some;
-		if (early && !taken)
-			return 0;
-		l->keep *= rbf_max(some, 1.f) / part->excess;
-	}
-	return taken;
+	/* the tail as much more often as its share may be above 1 */
+	const float excess = bound[RBF_DRAW_TABLES], tail = (float)(int32_t)entry->tail * (1 / 65535.f), more = excess * tail, among = number * (1 + more);
+	const float outer = rbf_is_negative(among - (tail + more)), inner = 1 - outer;
+	l->most = 1 + excess * outer;
+	l->a = rbf_min((among - more * inner) / l->most, 1.f);
+	float all = bound[0] * (float)(int32_t)(share & 0xffff);
+	if (sampler->tables > 1)
+		all += bound[1] * (float)(int32_t)(share >> 16 & 0xffff) + bound[2] * (float)(int32_t)(share >> 32 & 0xffff);
+	l->keep = luminance[low / RBF_LANES].a[lane] * (float)(2 * RBF_PI) * (1 - l->far) * (1 + more) / (kappa * all * l->most);
+	return 1;
 }
 
 static inline uint64_t random_state(double u)
@@ -284,16 +303,12 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 	for (int attempt = 0; attempt < RBF_SAMPLE_TRIES && total > 0; attempt++, u = rbf_uniform(&state)) {
 		const double pick = u * total;
 		const uint32_t p = part_at(sampler, (float)pick);
-		const struct rbf_sampler_part *part = &sampler->part[p];
 		lobe l;
 		float drawn[3], folded[3];
-		if (!choose(site, sampler, p, pick, !attempt, 1, &state, &l))
+		if (!choose(site, sampler, p, pick, !attempt, &state, &l))
 			continue;
-		draw(l.centre, l.width, l.far, l.gap, l.a, l.b, drawn);
-		if (part->table == RBF_DRAW_BAND && drawn[2] >= part->set->band)
-			continue;
-		l.keep *= carry(site, part->corner, part->frame, part->table == RBF_DRAW_BAND, drawn, folded);
-		if (l.keep > 0 && rbf_uniform(&state) < (double)l.keep) {
+		draw(l.centre, l.width, l.far, l.a, l.b, drawn);
+		if (kept(site, part_of(sampler, p), &l, drawn, rbf_uniform_float(&state), folded)) {
 			rbf_site_unfold(site, folded, exitant);
 			return 1;
 		}
@@ -336,7 +351,7 @@ RBF_CLONES static void parts_of(const rbf_sampler *sampler, const crowd *c, uint
 typedef struct draft {
 	int count;
 	uint16_t of[RBF_CARRY];         /* place in the crowd */
-	rbf_carry_row x, y, z, width, far, gap, a, b, keep, factor, share, p[3], e[3];
+	rbf_carry_row x, y, z, width, far, a, b, most, keep, factor, share, p[3], e[3];
 } draft;
 
 RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, int first, crowd *c, const uint16_t order[],
@@ -346,16 +361,16 @@ RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampl
 	for (uint32_t i = 0; i < count; i++) {
 		const uint16_t at = order[i];
 		lobe l = {.keep = 0};
-		const int some = choose(site, sampler, p, c->pick[at], first, 0, &c->state[at], &l);
+		const int some = choose(site, sampler, p, c->pick[at], first, &c->state[at], &l);
 		d->of[n] = at;
 		d->x[n] = l.centre[0];
 		d->y[n] = l.centre[1];
 		d->z[n] = l.centre[2];
 		d->width[n] = l.width;
 		d->far[n] = l.far;
-		d->gap[n] = l.gap;
 		d->a[n] = l.a;
 		d->b[n] = l.b;
+		d->most[n] = l.most;
 		d->keep[n] = l.keep;
 		n += some;
 	}
@@ -365,7 +380,7 @@ RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampl
 		d->y[n] = d->y[0];
 		d->z[n] = d->z[0];
 		d->width[n] = d->width[0];
-		d->far[n] = d->gap[n] = 0;
+		d->far[n] = 0;
 		d->a[n] = d->b[n] = .5f;
 	}
 }
@@ -376,7 +391,7 @@ RBF_CLONES static void draw_all(draft *d, float flip_x, float flip_y)
 	for (int i = 0; i < d->count; i++) {
 		const float centre[3] = {d->x[i], d->y[i], d->z[i]};
 		float out[3];
-		draw(centre, d->width[i], d->far[i], d->gap[i], d->a[i], d->b[i], out);
+		draw(centre, d->width[i], d->far[i], d->a[i], d->b[i], out);
 		d->p[0][i] = out[0] * flip_x;
 		d->p[1][i] = out[1] * flip_y;
 		d->p[2][i] = out[2];
@@ -387,12 +402,11 @@ RBF_CLONES static void draw_all(draft *d, float flip_x, float flip_y)
 	}
 }
 
-/* below: of directions that a band holds; 2: no band, so that shares above 1 count as 1. */
-RBF_CLONES static void weigh_all(draft *d, float below)
+RBF_CLONES static void weigh_all(draft *d)
 {
 	for (int i = 0; i < d->count; i++) {
-		const float keep = d->keep[i] * d->factor[i] * of_share(d->share[i], below < 2) * rbf_min(d->e[2][i] * (1 / RBF_HORIZON_Z), 1.f);
-		d->keep[i] = (d->e[2][i] > 0) & (d->p[2][i] < below) ? keep : 0;
+		const float keep = d->keep[i] * d->factor[i] * rbf_min(d->share[i], d->most[i]) * rbf_min(d->e[2][i] * (1 / RBF_HORIZON_Z), 1.f);
+		d->keep[i] = d->e[2][i] > 0 ? keep : 0;
 	}
 }
 
@@ -400,17 +414,17 @@ RBF_CLONES static void weigh_all(draft *d, float below)
 static uint32_t draw_part(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, int first, crowd *c, const uint16_t order[],
 	uint32_t count, draft *d, float exitant[][3])
 {
-	const struct rbf_sampler_part *part = &sampler->part[p];
-	const uint32_t k = part->corner, f = part->frame;
+	const rbf_sampler_part part = part_of(sampler, p);
+	const uint32_t k = part.corner, f = part.frame;
 	uint32_t kept = 0;
 	choose_all(site, sampler, p, first, c, order, count, d);
 	draw_all(d, site->flip[0][k], site->flip[1][k]);
 	rbf_carry_back(site, k, f, d->count, (const rbf_carry_row *)d->p, d->e, d->factor);
 	rbf_carry_shares(site, k, f, d->count, (const rbf_carry_row *)d->e, d->share);
-	weigh_all(d, part->table == RBF_DRAW_BAND ? part->set->band : 2);
+	weigh_all(d);
 	for (int i = 0; i < d->count; i++) {
 		const uint16_t at = d->of[i];
-		if (!(d->keep[i] > 0) || !(rbf_uniform(&c->state[at]) < (double)d->keep[i]))
+		if (!(rbf_uniform_float(&c->state[at]) < d->keep[i]))
 			continue;
 		const float folded[3] = {d->e[0][i], d->e[1][i], d->e[2][i]};
 		rbf_site_unfold(site, folded, exitant[c->which[at]]);
@@ -436,7 +450,7 @@ size_t rbf_site_sample_many(const rbf_site *site, const rbf_sampler *sampler, si
 			c.state[i] = random_state(number);
 		}
 		for (int attempt = 0; attempt < RBF_SAMPLE_TRIES && c.count; attempt++) {
-			uint32_t first[3 * RBF_SITE_JOBS + 1] = {0}, left = 0;
+			uint32_t first[RBF_SAMPLER_PARTS + 1] = {0}, left = 0;
 			uint16_t order[RBF_CARRY];
 			uint8_t part[RBF_CARRY];
 			parts_of(sampler, &c, part);

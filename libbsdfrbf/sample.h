@@ -5,24 +5,28 @@
 #include "draws.h"
 #include "evaluate.h"
 
-/* What all draws at one site have in common. A part is one table of one corner and frame. */
+#define RBF_SAMPLER_PARTS (RBF_DRAW_TABLES * RBF_MAX_FRAMES * RBF_FAN)
+#define RBF_SAMPLER_FEW 12 /* parts that are looked at in any case */
+
+/* What all draws at one site have in common. A part is one table of one frame and corner (or lane without one), in this order. */
 typedef struct rbf_sampler {
-	uint32_t parts;
-	const uint16_t *draws[3];          /* each table, of all sets */
-	const rbf_amplitude *luminance;    /* of all blocks */
+	uint32_t parts, tables;            /* tables: of a frame and corner */
 	float total;                       /* sum of the bounds of all parts */
-	float before[3 * RBF_SITE_JOBS + 1 + RBF_FAN]; /* of those before each; INFINITY beyond the parts */
-	float scale[3 * RBF_SITE_JOBS + RBF_FAN];  /* units of each part's table in what these count */
-	struct rbf_sampler_part {
-		const rbf_set *set;
-		float excess;          /* by how much the share of its corner can be above 1 */
-		uint8_t corner, frame, table;
-	} part[3 * RBF_SITE_JOBS];
+	float before[RBF_SAMPLER_PARTS];   /* of those before each; INFINITY behind the last one that has any */
+	float scale[RBF_SAMPLER_PARTS];    /* units of each part's table, times 2^32, in what these count */
+	const rbf_amplitude *luminance;    /* of all blocks */
+	struct rbf_sampler_set {
+		const rbf_draw_set *set;
+		float bound[RBF_FAN];          /* what a share of each table stands for, over the corner's part; behind them the excess */
+	} set[3][RBF_MAX_FRAMES];
 } rbf_sampler;
 
-void rbf_sampler_set(const rbf_site *site, rbf_sampler *sampler);
+typedef struct rbf_sampler_part { uint32_t corner, frame, table; } rbf_sampler_part;
 
-_Static_assert(3 * RBF_SITE_JOBS < 64, "parts are searched as bits of a word");
+/* draws: of the site's item of the mesh, NULL: nothing is drawn; weight: of the item's corners. Or of the site's corners, and NULL. */
+void rbf_sampler_set(const rbf_site *site, const rbf_draws *draws, const float weight[3], rbf_sampler *sampler);
+
+_Static_assert(RBF_SAMPLER_PARTS < 64 && RBF_SAMPLER_FEW % RBF_FAN == 0, "parts are searched as bits of a word");
 
 #define RBF_SAMPLE_TRIES 1024 /* then there is nothing to draw */
 
@@ -59,6 +63,12 @@ static inline uint64_t rbf_random_bits(uint64_t *state)
 static inline double rbf_uniform(uint64_t *state)
 {
 	return (double)(rbf_random_bits(state) >> 11) * 0x1p-53;
+}
+
+/* The same in 24 bits. */
+static inline float rbf_uniform_float(uint64_t *state)
+{
+	return (float)(int32_t)(rbf_random_bits(state) >> 40) * 0x1p-24f;
 }
 
 /* Two numbers of (0, 1). */

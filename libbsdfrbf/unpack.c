@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "unpack.h"
 #include "check.h"
-#include "draws.h"
 
 #include <stdlib.h>
 
@@ -290,7 +289,7 @@ static void *place(char *made, uint64_t *bytes, uint64_t size)
 static uint64_t place_all(const rbf_component *c, char *made, rbf_unpacked *a)
 {
 	uint64_t bytes = 0;
-	const uint64_t lanes = (uint64_t)c->blocks * RBF_LANES, lines = 4ull * c->dhr_steps * c->mesh.borders;
+	const uint64_t lines = 4ull * c->dhr_steps * c->mesh.borders;
 	a->set = place(made, &bytes, c->sets * sizeof *a->set);
 	a->cell_first = place(made, &bytes, (rbf_mesh_cells(&c->mesh) + 1) * sizeof *a->cell_first);
 	a->cell_element = place(made, &bytes, c->mesh.cell_entries * sizeof *a->cell_element);
@@ -298,7 +297,6 @@ static uint64_t place_all(const rbf_component *c, char *made, rbf_unpacked *a)
 	a->trend = place(made, &bytes, lines * sizeof *a->trend);
 	a->block = place(made, &bytes, c->blocks * sizeof *a->block);
 	a->amplitude = place(made, &bytes, (uint64_t)c->channels * c->blocks * sizeof *a->amplitude);
-	a->draws = place(made, &bytes, lanes * rbf_draw_tables(c) * sizeof *a->draws);
 	a->cull = place(made, &bytes, rbf_cull_words(c->blocks) * sizeof *a->cull);
 	return bytes;
 }
@@ -326,8 +324,7 @@ static const char *unpack_all(rbf_bits *b, int former, rbf_component *c, const r
 	c->cull = masks ? a->cull : NULL;
 	if (b->at > b->count || b->count - b->at >= 8)
 		return "length";
-	c->draws = a->draws;
-	return rbf_draws_make(c) ? rbf_unpack_memory : NULL;
+	return NULL;
 }
 
 const char *rbf_unpack(rbf_component *c, int former, void **made)

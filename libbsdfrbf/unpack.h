@@ -54,7 +54,6 @@ typedef struct rbf_unpacked {
 	float *dhr, *trend;
 	rbf_block *block;
 	rbf_amplitude *amplitude;
-	uint16_t *draws;
 	uint64_t *cull;
 } rbf_unpacked;
 

@@ -96,7 +96,7 @@ static inline void synthetic_indices(const synthetic *want, rbf_component *c, ui
 	for (uint32_t i = 0; i < c->sets; i++) {
 		set[i].first = i * want->blocks_per_set;
 		set[i].blocks = want->blocks_per_set;
-		set[i].unit[RBF_DRAW_MASS] = set[i].unit[RBF_DRAW_BAND] = set[i].band = .5f;
+		set[i].sent = set[i].band = .5f;
 	}
 	for (uint32_t i = 0; i < c->mesh.bases; i++) {
 		info[i].direction[2] = 1;

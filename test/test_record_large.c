@@ -16,7 +16,7 @@
 #include <cmocka.h>
 
 /* 30,000 incidences of 300 lobes, mirrored, with residual transport. */
-static const synthetic large = {1, RBF_BILATERAL_Y, 30000, 60000, 60000, 300, 120000, 1, 1, 38, 8, 1};
+static const synthetic large = {1, RBF_BILATERAL_Y, 30000, 60000, 60000, 300, 120000, 1, 1, 42, 8, 1};
 
 #ifndef ROW
 #define ROW 8

@@ -261,13 +261,16 @@ static void borders_of_parts(void **state)
 			rbf_sampler sampler;
 			rbf_normalize(in);
 			rbf_site_corners(&c, in, corner, weight, &site);
-			rbf_sampler_set(&site, &sampler);
+			rbf_draws *draws = rbf_draws_of_corners(&c, corner, weight);
+			assert_non_null(draws);
+			rbf_sampler_set(&site, draws, NULL, &sampler);
 			for (uint32_t p = 1; p <= sampler.parts; p++)
 				for (size_t i = 0; i < sizeof beside / sizeof *beside; i++) {
-					const double border = (double)(p < sampler.parts ? sampler.before[p] : sampler.total) / (double)sampler.total;
+					const double border = (double)(p < sampler.parts ? fminf(sampler.before[p], sampler.total) : sampler.total) / (double)sampler.total;
 					if (rbf_site_sample(&site, &sampler, border * (1 + beside[i]), out))
 						assert_float_equal(rbf_dot(out, out), 1, 1e-5);
 				}
+			free(draws);
 		}
 		free(block);
 		free(amplitude);

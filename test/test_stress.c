@@ -488,10 +488,12 @@ static void check_continuity(const subject *s, double *worst)
 }
 
 /* Share of numbers from which a direction is to be drawn: the others are rejected as often as is tried. */
-static double drawn_share(const rbf_site *site, double arrives)
+static double drawn_share(const bsdfrbf_model *model, const rbf_site *site, double arrives)
 {
 	rbf_sampler sampler;
-	rbf_sampler_set(site, &sampler);
+	rbf_spot at;
+	rbf_site_find(site, &at);
+	rbf_sampler_set(site, rbf_draws_at(model, site->component, at.item), at.weight, &sampler);
 	const double total = (double)site->scale * (double)sampler.total;
 	return total > arrives ? 1 - pow(1 - arrives / total, RBF_SAMPLE_TRIES) : 1;
 }
@@ -520,7 +522,7 @@ static void check_energy(const subject *s, double *table_error, double *lobe_err
 	double sent = 0;
 	for (uint32_t k = 0; k < site.corners; k++)
 		for (uint32_t f = 0; f < s->c->frames; f++)
-			sent += (double)site.part[k] * s->c->set[site.base[k] * s->c->frames + f].unit[RBF_DRAW_MASS] * RBF_DRAW_TOTAL;
+			sent += (double)site.part[k] * s->c->set[site.base[k] * s->c->frames + f].sent;
 	if (truth < SEEN * sent)
 		lost++;
 	else if (truth > 1e-12) {
@@ -528,7 +530,7 @@ static void check_energy(const subject *s, double *table_error, double *lobe_err
 		*table_error = fabs((double)table[y] / truth - 1);
 		*lobe_error = fabs((double)site.scale * lobes[y] / truth - 1);
 		*deviate = chi_square_deviate(&q, &cells, SAMPLES, s->seed, &bins, &drawn);
-		if (drawn < SAMPLES * (drawn_share(&site, truth) - .01) || bins < 2)
+		if (drawn < SAMPLES * (drawn_share(s->model, &site, truth) - .01) || bins < 2)
 			failed(s, "%d of %d samples drawn, %d bins, DHR %.3g, z %.3g", drawn, SAMPLES, bins, truth, (double)q.incident[2]);
 	}
 	free(cells.cell);

@@ -23,7 +23,7 @@ static int pack(rbf_component *c)
 	c->cull = calloc((size_t)rbf_cull_words(c->blocks) + 1, sizeof *c->cull);
 	rbf_pack_round(c);
 	rbf_pack_round_dhr(c);
-	return !c->cull || rbf_draws_make(c);
+	return !c->cull;
 }
 
 int main(int argc, char **argv)
