@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { SHARES = 65535 };
 static const float TWIST = .05f; /* what two rotations one after the other can add to the angle between the corners */
 
 /* A measured incidence, and the largest angle to a neighbouring vertex. */
@@ -57,15 +58,20 @@ static void reaches(const rbf_mesh *mesh, reach *of)
 	}
 }
 
-/* Luminance that a set's lobes send. */
+/* Luminance that a set's lobes send, and a little more: as 65535 shares, each lobe's rounded up. How points are spread for tables of DHR then is what
+ * it ever was, and so are these tables, bit by bit. */
 static float sent(const rbf_component *c, const rbf_set *set)
 {
 	const rbf_amplitude *luminance = c->amplitude + (size_t)rbf_luminance(c->channels) * c->blocks;
 	double sum = 0;
+	uint32_t some = 0;
 	for (uint32_t b = set->first; b < set->first + set->blocks; b++)
-		for (int i = 0; i < RBF_LANES; i++)
-			sum += (double)luminance[b].a[i] * rbf_lobe_integral((double)c->block[b].k[i]);
-	return (float)sum;
+		for (int i = 0; i < RBF_LANES; i++) {
+			const double lobe = (double)luminance[b].a[i] * rbf_lobe_integral((double)c->block[b].k[i]);
+			sum += lobe;
+			some += lobe > 0;
+		}
+	return sum > 0 && some < SHARES / 2 ? SHARES * nextafterf((float)(sum / (SHARES - some)), INFINITY) : 0;
 }
 
 int rbf_bands_make(rbf_component *c)

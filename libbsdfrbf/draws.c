@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { ALIGN = 64 };
+
 static const float STEEPEST = 45.f; /* slope of J for half vectors at 88.7 degrees */
 
 /* Angle around a lobe's centre that bounds of J cover. */
@@ -80,12 +82,13 @@ typedef struct maker {
 } maker;
 
 /* Running sums of shares that are at least the parts, and guides, of one table; returns the unit. */
-static float shares(const double *part, uint32_t blocks, uint32_t table, rbf_draw_lobe *lobe, uint8_t *guide)
+static float shares(const double *part, const rbf_draw_set *set, uint32_t table)
 {
-	const size_t count = (size_t)blocks * RBF_LANES;
+	const uint32_t count = set->blocks * RBF_LANES;
+	uint8_t *guide = (uint8_t *)rbf_draw_guide(set, table);
 	double total = 0;
-	size_t some = 0, largest = 0;
-	for (size_t i = 0; i < count; i++) {
+	uint32_t some = 0, largest = 0, block = 0;
+	for (uint32_t i = 0; i < count; i++) {
 		total += part[i];
 		some += part[i] > 0;
 		largest = part[i] > part[largest] ? i : largest;
@@ -95,22 +98,18 @@ static float shares(const double *part, uint32_t blocks, uint32_t table, rbf_dra
 	const float unit = nextafterf((float)(total / (double)(RBF_DRAW_TOTAL - some)), INFINITY);
 	const double scale = 1 / (double)unit;
 	long rest = RBF_DRAW_TOTAL, sum = 0;
-	for (size_t i = 0; i < count; i++)
+	for (uint32_t i = 0; i < count; i++)
 		rest -= (long)ceil(part[i] * scale);
-	for (size_t i = 0; i < count; i++) {
-		sum += (long)ceil(part[i] * scale) + (i == largest ? rest : 0);
-		lobe[i].running[table] = (uint16_t)sum;
+	for (uint32_t i = 0; i < count + RBF_LANES; i++) {
+		sum += i < count ? (long)ceil(part[i] * scale) + (i == largest ? rest : 0) : 0;
+		((uint16_t *)rbf_draw_row(set, i / RBF_LANES, table))[i % RBF_LANES] = (uint16_t)sum;
 	}
-	for (size_t i = count; i < count + RBF_DRAW_STEP; i++)
-		lobe[i].running[table] = RBF_DRAW_TOTAL;
-	uint32_t at = 0;
 	for (uint32_t g = 0; g < RBF_DRAW_GUIDES; g++) {
-		const uint32_t target = g * ((RBF_DRAW_TOTAL + 1) / RBF_DRAW_GUIDES);
-		while (lobe[at].running[table] <= target)
-			at++;
-		const uint32_t last = at / RBF_LANES, most = (256 * last + blocks - 1) / blocks;
+		while (rbf_draw_row(set, block, table)[RBF_LANES - 1] <= g * ((RBF_DRAW_TOTAL + 1) / RBF_DRAW_GUIDES))
+			block++;
+		const uint32_t most = (256 * block + set->blocks - 1) / set->blocks;
 		guide[g] = (uint8_t)(most < 256 ? most : 255);
-		while (rbf_draw_begin(guide[g], blocks) > last * RBF_LANES)
+		while (rbf_draw_begin(guide[g], set->blocks) > block)
 			guide[g]--;
 	}
 	return unit;
@@ -142,9 +141,7 @@ static float motion(const maker *m, uint32_t block, uint32_t lane)
 static void make_set(maker *m, const rbf_component *c, uint32_t offset, rbf_draw_set *set, double *part)
 {
 	const uint32_t y = rbf_luminance(c->channels), count = set->blocks * RBF_LANES;
-	const int half = rbf_map_get(m->reach.map)->kind == RBF_KIND_HALF;
 	const float excess = m->others ? rbf_draw_excess(m->limit) : 0;
-	rbf_draw_lobe *lobe = (rbf_draw_lobe *)rbf_draw_lobes(set);
 	for (uint32_t i = 0; i < count; i++) {
 		const rbf_block *b = &c->block[set->first + i / RBF_LANES];
 		const uint32_t lane = i % RBF_LANES;
@@ -156,15 +153,16 @@ static void make_set(maker *m, const rbf_component *c, uint32_t offset, rbf_draw
 			continue;
 		rbf_mirror(m->op, centre, at);
 		m->reach.motion = motion(m, offset + i / RBF_LANES, lane);
+		uint16_t *outer = (uint16_t *)rbf_draw_row(set, i / RBF_LANES, set->tables) + lane;
 		if (excess > 0)
-			lobe[i].tail = (uint16_t)ceilf(kappa > RBF_LOBE_SHARP ? 65535 * rbf_min(tail(m, at, kappa), 1) : 65535);
-		part[i] = mass * (1 + (double)(excess * (1 / 65535.f) * (float)lobe[i].tail));
-		for (uint32_t t = 1; t <= m->others && half; t++)
+			*outer = (uint16_t)ceilf(kappa > RBF_LOBE_SHARP ? 65535 * rbf_min(tail(m, at, kappa), 1) : 65535);
+		part[i] = mass * (1 + (double)(excess * (1 / 65535.f) * (float)*outer));
+		for (uint32_t t = 1; t <= m->others && set->tables > 1; t++)
 			part[t * count + i] = part[i] * (double)(m->at->inside ? rbf_lobe_rise(&m->reach, m->near[t - 1].l, at, kappa)
 				: t == 1 ? rbf_lobe_slant(&m->reach, at, kappa) : 0);
 	}
-	for (uint32_t t = 0; t < (half ? (uint32_t)RBF_DRAW_TABLES : 1); t++)
-		set->unit[t] = shares(part + t * count, set->blocks, t, lobe, (uint8_t *)rbf_draw_guide(set, t));
+	for (uint32_t t = 0; t < set->tables; t++)
+		set->unit[t] = shares(part + t * count, set, t);
 }
 
 static void make_corner(const place *at, uint32_t k, rbf_draws *draws, double *part)
@@ -203,10 +201,16 @@ static uint32_t tables_of(const rbf_component *c, uint32_t frame)
 /* An aligned piece of memory that holds nothing yet. */
 static void *piece(size_t bytes)
 {
-	void *at = bytes < UINT32_MAX ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
+	void *at = bytes < UINT32_MAX ? aligned_alloc(ALIGN, (bytes + ALIGN - 1) / ALIGN * ALIGN) : NULL;
 	if (at)
 		memset(at, 0, bytes);
 	return at;
+}
+
+/* Bytes of a set's entries. */
+static size_t bytes_of(uint32_t blocks, uint32_t tables)
+{
+	return ((size_t)blocks + 2) * (tables + 1) * RBF_LANES * sizeof(uint16_t);
 }
 
 static rbf_draws *make(const place *at)
@@ -217,13 +221,14 @@ static rbf_draws *make(const place *at)
 	uint32_t longest = 0;
 	size_t lobes = 0, guides = 0, header = sizeof(rbf_draws) + sets * sizeof(rbf_draw_set);
 	for (uint32_t s = 0; s < sets; s++) {
+		const uint32_t tables = tables_of(c, s % c->frames);
 		from[s] = rbf_bound_set(c, (size_t)rbf_bound_base(c, at->corner[s / c->frames]) * c->frames + s % c->frames);
 		longest = from[s]->blocks > longest ? from[s]->blocks : longest;
-		lobes += 1 + (size_t)from[s]->blocks * RBF_LANES + RBF_DRAW_STEP;
-		guides += tables_of(c, s % c->frames) * RBF_DRAW_GUIDES;
+		lobes += bytes_of(from[s]->blocks, tables);
+		guides += tables * RBF_DRAW_GUIDES;
 	}
-	const size_t first = (header + guides + 7) / 8 * 8;
-	rbf_draws *draws = piece(first + lobes * sizeof(rbf_draw_lobe));
+	const size_t first = (header + guides + ALIGN - 1) / ALIGN * ALIGN;
+	rbf_draws *draws = piece(first + lobes);
 	double *part = malloc((RBF_DRAW_TABLES * (size_t)longest * RBF_LANES + 1) * sizeof *part);
 	if (!draws || !part) {
 		free(draws);
@@ -237,9 +242,9 @@ static rbf_draws *make(const place *at)
 		const uint32_t tables = tables_of(c, s % c->frames);
 		const size_t here = sizeof *draws + s * sizeof(rbf_draw_set);
 		draws->tables = tables > draws->tables ? (uint16_t)tables : draws->tables;
-		draws->set[s] = (rbf_draw_set){.first = from[s]->first, .blocks = from[s]->blocks, .guide = (uint32_t)(header + guides - here),
-			.lobe = (uint32_t)(first + lobes * sizeof(rbf_draw_lobe) - here)};
-		lobes += 1 + (size_t)from[s]->blocks * RBF_LANES + RBF_DRAW_STEP;
+		draws->set[s] = (rbf_draw_set){.first = from[s]->first, .blocks = from[s]->blocks, .tables = tables,
+			.guide = (uint32_t)(header + guides - here), .lobe = (uint32_t)(first + lobes - here)};
+		lobes += bytes_of(from[s]->blocks, tables);
 		guides += tables * RBF_DRAW_GUIDES;
 	}
 	for (uint32_t k = 0; k < at->corners; k++)

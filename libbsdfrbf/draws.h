@@ -18,7 +18,6 @@
 #define RBF_DRAW_TOTAL 65535
 #define RBF_DRAW_GUIDES 64  /* of a table, each for as much of the total */
 #define RBF_DRAW_TABLES 3
-#define RBF_DRAW_STEP 16    /* lobes that are searched at once; as many entries follow the last one, with all the total */
 
 #define RBF_LOBE_SPREAD 4.f /* sigmas that bounds of J cover: all but 3e-4 of a lobe */
 #define RBF_LOBE_SHARP 20.f /* a kappa above it leaves nothing (e^-40) at the other end of the sphere */
@@ -37,17 +36,12 @@ float rbf_lobe_slant(const rbf_reach *reach, const float centre[3], float kappa)
 /* J, at most, of a lobe at k that is seen from l. */
 float rbf_lobe_rise(const rbf_reach *reach, const float l[3], const float centre[3], float kappa);
 
-typedef struct rbf_draw_lobe {
-	uint16_t running[RBF_DRAW_TABLES];
-	uint16_t tail;                  /* b, in 1/65535: it is the outer part of the lobe that may lie there */
-} rbf_draw_lobe;
-_Static_assert(sizeof(rbf_draw_lobe) == 4 * sizeof(uint16_t), "loaded as four numbers");
-
 /* Tables of one corner and frame. */
 typedef struct rbf_draw_set {
 	uint32_t first, blocks;         /* of the set; at most what the set has */
 	float unit[RBF_DRAW_TABLES];    /* what a share stands for, sr; 0: nothing is drawn by that table */
-	uint32_t guide, lobe;           /* bytes from here to the guides of each table, and to an entry of 0 and those of all lanes */
+	uint32_t tables;                /* as many have entries */
+	uint32_t guide, lobe;           /* bytes from here to the guides of each table, and to entries of lobes */
 } rbf_draw_set;
 
 typedef struct rbf_draws {
@@ -58,7 +52,7 @@ typedef struct rbf_draws {
 	rbf_draw_set set[];             /* [corners][frames] */
 } rbf_draws;
 
-/* Which lobes to begin with, of so many blocks, for each 1024 of a running sum: 256ths of the blocks. */
+/* Which block to begin with, for each 1024 of a running sum: 256ths of all. */
 static inline const uint8_t *rbf_draw_guide(const rbf_draw_set *set, uint32_t table)
 {
 	return (const uint8_t *)set + set->guide + table * RBF_DRAW_GUIDES;
@@ -66,13 +60,21 @@ static inline const uint8_t *rbf_draw_guide(const rbf_draw_set *set, uint32_t ta
 
 static inline uint32_t rbf_draw_begin(uint32_t guide, uint32_t blocks)
 {
-	return (guide * blocks >> 8) * RBF_LANES;
+	return guide * blocks >> 8;
 }
 
-/* Of the first lane; before it is an entry of 0. */
-static inline const rbf_draw_lobe *rbf_draw_lobes(const rbf_draw_set *set)
+/* Entries of a block of lobes: running sums of the block's lanes by each table, then their b in 1/65535. Before the first block there is one of 0,
+ * behind the last one one with all the total. */
+static inline const uint16_t *rbf_draw_row(const rbf_draw_set *set, uint32_t block, uint32_t row)
 {
-	return (const rbf_draw_lobe *)(const void *)((const char *)set + set->lobe) + 1;
+	const uint16_t *lobe = (const uint16_t *)(const void *)((const char *)set + set->lobe);
+	return lobe + ((block + 1) * (set->tables + 1) + row) * RBF_LANES;
+}
+
+/* The entry of a lane's first table, and by one block for each the others; at: but of the lane before. */
+static inline const uint16_t *rbf_draw_before(const rbf_draw_set *set, uint32_t at)
+{
+	return rbf_draw_row(set, (at + RBF_LANES - 1) / RBF_LANES - 1, 0) + (at + RBF_LANES - 1) % RBF_LANES;
 }
 
 /* Asks memory for what every draw needs. */

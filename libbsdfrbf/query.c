@@ -31,22 +31,42 @@ void bsdfrbf_dhr(const bsdfrbf_model *model, const float incident[3], int transm
 	dhr(model, incident, transmit, 1, value);
 }
 
-/* Many samples are asked for at one incidence, one by one: a thread keeps the last side. */
+/* The side that a thread asked last for samples: many are asked for at one incidence, one by one. */
+typedef struct last_side {
+	uint64_t model;
+	float incident[3];
+	int transmit;
+	int plain;          /* whether its sampler is ready, and answers */
+	float sign;         /* of z of what is drawn */
+	rbf_side side;
+} last_side;
+
+static int sample_other(const bsdfrbf_model *model, const float incident[3], int transmit, double u, last_side *last, float outgoing[3])
+{
+	rbf_side *s = &last->side;
+	if (last->model != model->serial || last->transmit != transmit || memcmp(last->incident, incident, sizeof last->incident) != 0) {
+		rbf_side_set(model, incident, transmit, s);
+		memcpy(last->incident, incident, sizeof last->incident);
+		last->transmit = transmit;
+		last->model = model->serial;
+	}
+	const int drawn = rbf_side_sample(s, u, outgoing);
+	last->plain = s->component && !s->swapped && s->ready;
+	last->sign = s->below ? -1 : 1;
+	return drawn;
+}
+
 int bsdfrbf_sample(const bsdfrbf_model *model, const float incident[3], int transmit, double u, float outgoing[3])
 {
-	static _Thread_local struct {
-		uint64_t model;
-		float incident[3];
-		int transmit;
-		rbf_side side;
-	} last;
-	if (last.model != model->serial || last.transmit != transmit || memcmp(last.incident, incident, sizeof last.incident) != 0) {
-		rbf_side_set(model, incident, transmit, &last.side);
-		memcpy(last.incident, incident, sizeof last.incident);
-		last.transmit = transmit;
-		last.model = model->serial;
-	}
-	return rbf_side_sample(&last.side, u, outgoing);
+	static _Thread_local last_side last;
+	uint64_t is[2] = {0, 0}, was[2] = {0, 0};
+	memcpy(is, incident, sizeof last.incident);
+	memcpy(was, last.incident, sizeof last.incident);
+	if ((is[0] ^ was[0]) | (is[1] ^ was[1]) | (last.model ^ model->serial) | (uint64_t)(last.transmit ^ transmit) | !last.plain)
+		return sample_other(model, incident, transmit, u, &last, outgoing);
+	const int drawn = rbf_site_sample(&last.side.site, &last.side.sampler, u, outgoing);
+	outgoing[2] *= last.sign;
+	return drawn;
 }
 
 /* 1 if vector i of a list is the one before it. */

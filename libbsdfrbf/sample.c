@@ -51,25 +51,25 @@ static inline void draw(const float centre[3], float width, float far, float u, 
 	around(centre, rbf_min(rbf_minus_log(u + (1 - u) * far) * width, 2.f), cosine, sine, out);
 }
 
-/* First lobe whose running sum is above the target, or the last one. Hardly a branch that could be guessed wrong: most are found among the first
- * that the guide leads to. of: their other numbers, asked for ahead. */
-static inline __attribute__((always_inline)) uint32_t first_above(const rbf_draw_set *set, uint32_t table, uint16_t target,
-	const rbf_block *first_block, const rbf_amplitude *luminance)
+typedef uint16_t shorts __attribute__((vector_size(2 * RBF_LANES)));
+
+/* First lobe whose running sum is above the target, or the last one. Hardly a branch that could be guessed wrong: nearly all are found in the two blocks
+ * that the guide leads to. */
+static inline __attribute__((always_inline)) uint32_t first_above(const rbf_draw_set *set, uint32_t table, uint16_t target, uint32_t block)
 {
-	const uint32_t last = set->blocks * RBF_LANES - 1;
-	const rbf_draw_lobe *lobe = rbf_draw_lobes(set);
-	uint32_t at = rbf_draw_begin(rbf_draw_guide(set, table)[target >> 10], set->blocks);
-	const rbf_block *block = first_block + at / RBF_LANES;
-	__builtin_prefetch(lobe + at + RBF_LANES);
-	__builtin_prefetch(block);
-	__builtin_prefetch(block->z);
-	__builtin_prefetch(luminance + at / RBF_LANES);
-	for (;;) {
-		for (uint32_t step = RBF_DRAW_STEP / 2; step; step /= 2)
-			at += lobe[at + step - 1].running[table] <= target ? step : 0;
-		if (__builtin_expect(lobe[at].running[table] > target || at >= last, 1))
+	const shorts most = target - (shorts){0};
+	for (;; block += 2) {
+		shorts some, more;
+		uint64_t sum[2];
+		memcpy(&some, rbf_draw_row(set, block, table), sizeof some);
+		memcpy(&more, rbf_draw_row(set, block + 1, table), sizeof more);
+		const shorts within = -(shorts)(some <= most) - (shorts)(more <= most);
+		memcpy(sum, &within, sizeof sum);
+		const uint32_t count = (uint32_t)((sum[0] + sum[1]) * 0x0001000100010001u >> 48);
+		if (__builtin_expect(count < 2 * RBF_LANES || block + 2 >= set->blocks, 1)) {
+			const uint32_t at = block * RBF_LANES + count, last = set->blocks * RBF_LANES - 1;
 			return at < last ? at : last;
-		at++;
+		}
 	}
 }
 
@@ -110,7 +110,8 @@ static inline __attribute__((always_inline)) void add_frames(const rbf_site *sit
 	rbf_sampler *sampler)
 {
 	const uint32_t frames = site->component->frames, parts = frames * tables * RBF_FAN;
-	const rbf_lanes part = rbf_lanes_load(site->part);
+	const rbf_lanes part = rbf_lanes_load(site->part), weights = rbf_lanes_load(site->weight);
+	float over[RBF_FAN];
 	rbf_lanes whole[3], sum = rbf_lanes_all(0);
 	uint32_t at[3] = {0, 1, 2}, k = 0; /* places of the site's corners among those of the draws */
 	if (site->corners < 3 && weight)
@@ -146,10 +147,15 @@ static inline __attribute__((always_inline)) void add_frames(const rbf_site *sit
 			rbf_lanes_store(sampler->scale + p, RBF_DRAW_TOTAL * 0x1p32f / (until - before));
 			sum = rbf_lanes_all(until[3]);
 		}
-		of[3] = rbf_lanes_all(rbf_draw_excess(fan->limit));
+		const float excess = rbf_draw_excess(fan->limit);
+		/* weights times shares come to 1 */
+		rbf_lanes_store(over, rbf_lanes_min(rbf_lanes_all(excess), 1 / rbf_lanes_max(weights, rbf_lanes_all(1e-30f)) - 1));
+		of[3] = rbf_lanes_all(excess);
 		rbf_lanes_transpose(of);
-		for (uint32_t n = 0; n < 3; n++)
+		for (uint32_t n = 0; n < 3; n++) {
 			rbf_lanes_store(sampler->set[n][f].bound, of[n]);
+			sampler->set[n][f].excess = over[n];
+		}
 	}
 	sampler->total = sum[0];
 	/* what is behind the last one is not reached, whatever is rounded */
@@ -188,8 +194,9 @@ static inline double clamped(double u)
 /* A lobe, and the numbers by which a direction is drawn from it. */
 typedef struct lobe {
 	float centre[3], width, far, a, b; /* width: 1 / kappa */
-	float most;     /* of the corner's share */
 	float keep;     /* with this, times factor and share, the direction is kept */
+	float number;   /* of [0, 1), to decide that */
+	int extra;      /* drawn for what the share is above 1 */
 } lobe;
 
 /* What the parts are, in the order that they have. */
@@ -199,24 +206,30 @@ static inline __attribute__((always_inline)) rbf_sampler_part part_of(const rbf_
 	return (rbf_sampler_part){p % RBF_FAN, frame, sampler->tables > 1 ? row % RBF_DRAW_TABLES : 0};
 }
 
-/* Whether a direction that was drawn from a lobe at a corner is kept, and where it is at the site, folded. number: of [0, 1). */
-static inline __attribute__((always_inline)) int kept(const rbf_site *site, rbf_sampler_part part, const lobe *l, const float drawn[3],
-	float number, float exitant[3])
+/* What is drawn for of a corner's share: what is above 1, over what that may be, or the rest. */
+static inline __attribute__((always_inline)) float of_share(float share, float excess, int extra)
+{
+	return extra ? rbf_max(share - 1, 0) / excess : rbf_min(share, 1);
+}
+
+/* Whether a direction that was drawn from a lobe at a corner is kept, and where it is at the site, folded. extra: the lobe's, a constant. */
+static inline __attribute__((always_inline)) int kept(const rbf_site *site, const rbf_sampler *sampler, rbf_sampler_part part, const lobe *l, int extra,
+	const float drawn[3], float exitant[3])
 {
 	const uint32_t corner = part.corner;
 	const rbf_fan *fan = &site->fan[part.frame];
 	const float (*k)[RBF_FAN] = (const float (*)[RBF_FAN])site->direction;
 	const float p[3] = {drawn[0] * site->flip[0][corner], drawn[1] * site->flip[1][corner], drawn[2]};
 	const float factor = rbf_fan_inverse(fan, site->incident, k, corner, p, exitant) * rbf_min(exitant[2] * (1 / RBF_HORIZON_Z), 1.f);
+	const float keep = factor > 0 ? factor * l->keep : 0;
 	/* without a look at the other corners: shares are no less than the validity, as the sum of all is at most 1 */
-	const float keep = factor > 0 ? factor * l->keep : 0, least = fan->limit > 1 ? rbf_validity(p[2]) : 1;
-	if (number < keep * least)
+	if (!extra && l->number < keep * (fan->limit > 1 ? rbf_validity(p[2]) : 1))
 		return 1;
-	if (!(number < keep * l->most))
+	if (!(l->number < keep) || (!extra && p[2] >= RBF_VALID_Z))
 		return 0;
 	float share[RBF_FAN];
 	rbf_lanes_store(share, rbf_shares_at(site, part.frame, rbf_fan_heights(fan, site->incident, k, corner, p, exitant)));
-	return number < keep * rbf_min(share[corner], l->most);
+	return l->number < keep * of_share(share[corner], sampler->set[corner][part.frame].excess, extra);
 }
 
 /* Where in the sum of the parts a number points to. */
@@ -238,53 +251,51 @@ static inline __attribute__((always_inline)) uint64_t units_at(const rbf_sampler
 	return (uint64_t)(int64_t)(units > 0 ? units < most ? units : most : 0);
 }
 
-/* 1 or 0, without a branch, which could not be foreseen. */
-static inline float rbf_is_negative(float x)
-{
-	uint32_t bits;
-	memcpy(&bits, &x, sizeof bits);
-	return (float)(int32_t)(bits >> 31);
-}
-
 /* The lobe of part p that a number points to. state: of random numbers. Returns 0 if none is drawn. */
-static inline __attribute__((always_inline)) int choose(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, double pick, int first,
-	uint64_t *state, lobe *l)
+static inline __attribute__((always_inline)) int choose(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, rbf_sampler_part part,
+	double pick, int first, uint64_t *state, lobe *l)
 {
-	const rbf_sampler_part part = part_of(sampler, p);
+	float extra;
+	rbf_two_uniforms(state, &l->number, &extra);
 	const struct rbf_sampler_set *of = &sampler->set[part.corner][part.frame];
 	const rbf_draw_set *set = of->set;
 	const float *bound = of->bound;
-	const rbf_block *first_block = site->component->block + set->first;
-	const rbf_amplitude *luminance = sampler->luminance + set->first;
 	const uint64_t units = units_at(sampler, p, pick);
-	const uint32_t low = first_above(set, part.table, (uint16_t)(units >> 32), first_block, luminance), lane = low % RBF_LANES;
-	const rbf_block *block = first_block + low / RBF_LANES;
-	const rbf_draw_lobe *entry = rbf_draw_lobes(set) + low;
+	const uint16_t target = (uint16_t)(units >> 32);
+	const rbf_block *block = site->component->block + set->first;
+	const rbf_amplitude *luminance = sampler->luminance + set->first;
+	const uint32_t begin = rbf_draw_begin(rbf_draw_guide(set, part.table)[target >> 10], set->blocks);
+	/* ahead, should they not be at hand */
+	__builtin_prefetch(block + begin);
+	__builtin_prefetch(block[begin].z);
+	__builtin_prefetch(luminance + begin);
+	const uint32_t low = first_above(set, part.table, target, begin), lane = low % RBF_LANES;
+	block += low / RBF_LANES;
 	const float kappa = block->k[lane];
-	uint64_t until, before, share;
 	float number;
+	const uint16_t *until = rbf_draw_row(set, low / RBF_LANES, 0) + lane, *ahead = rbf_draw_before(set, low);
+	const uint32_t before = ahead[part.table * RBF_LANES], share = until[part.table * RBF_LANES] - before;
 	if (!(kappa > 0))
 		return 0;
-	memcpy(&until, entry, sizeof until);
-	memcpy(&before, entry - 1, sizeof before);
-	share = until - before; /* of each table, as sums rise; but not the tail */
-	if (first) {
-		const uint32_t from = before >> 16 * part.table & 0xffff, step = share >> 16 * part.table & 0xffff;
-		rbf_split_number((uint32_t)((units - ((uint64_t)from << 32)) / (step | !step)), &number, &l->b);
-	} else
+	if (first)
+		rbf_split_number((uint32_t)((units - ((uint64_t)before << 32)) / (share | !share)), &number, &l->b);
+	else
 		rbf_two_uniforms(state, &number, &l->b);
 	l->width = 1 / kappa;
 	rbf_site_centre(site, part.corner, set->first + low / RBF_LANES, lane, l->centre);
 	l->far = kappa > RBF_LOBE_SHARP ? 0 : rbf_exp_negative(-2 * kappa);
-	/* the tail as much more often as its share may be above 1 */
-	const float excess = bound[RBF_DRAW_TABLES], tail = (float)(int32_t)entry->tail * (1 / 65535.f), more = excess * tail, among = number * (1 + more);
-	const float outer = rbf_is_negative(among - (tail + more)), inner = 1 - outer;
-	l->most = 1 + excess * outer;
-	l->a = rbf_min((among - more * inner) / l->most, 1.f);
-	float all = bound[0] * (float)(int32_t)(share & 0xffff);
-	if (sampler->tables > 1)
-		all += bound[1] * (float)(int32_t)(share >> 16 & 0xffff) + bound[2] * (float)(int32_t)(share >> 32 & 0xffff);
-	l->keep = luminance[low / RBF_LANES].a[lane] * (float)(2 * RBF_PI) * (1 - l->far) * (1 + more) / (kappa * all * l->most);
+	/* and the tail alone as often as its share may be above 1 */
+	const float tail = (float)(int32_t)until[set->tables * RBF_LANES] * (1 / 65535.f);
+	const float more = bound[RBF_DRAW_TABLES] * tail;
+	extra *= 1 + more;
+	l->extra = extra < of->excess * tail;
+	if (!l->extra && extra < more) /* as much is for sites where the share may be higher */
+		return 0;
+	l->a = l->extra ? number * tail : number;
+	float all = bound[0] * (float)(int32_t)(until[0] - ahead[0]);
+	for (uint32_t t = 1; t < RBF_DRAW_TABLES && sampler->tables > 1; t++)
+		all += bound[t] * (float)(int32_t)(set->tables > 1 ? until[t * RBF_LANES] - ahead[t * RBF_LANES] : 0);
+	l->keep = luminance[low / RBF_LANES].a[lane] * (float)(2 * RBF_PI) * (1 - l->far) * (1 + more) / (kappa * all);
 	return 1;
 }
 
@@ -305,10 +316,12 @@ RBF_CLONES static int sample(const rbf_site *site, const rbf_sampler *sampler, d
 		const uint32_t p = part_at(sampler, (float)pick);
 		lobe l;
 		float drawn[3], folded[3];
-		if (!choose(site, sampler, p, pick, !attempt, &state, &l))
+		const rbf_sampler_part part = part_of(sampler, p);
+		if (!choose(site, sampler, p, part, pick, !attempt, &state, &l))
 			continue;
 		draw(l.centre, l.width, l.far, l.a, l.b, drawn);
-		if (kept(site, part_of(sampler, p), &l, drawn, rbf_uniform_float(&state), folded)) {
+		/* two places, so that it can be foreseen: what is extra is hardly ever kept */
+		if (l.extra ? kept(site, sampler, part, &l, 1, drawn, folded) : kept(site, sampler, part, &l, 0, drawn, folded)) {
 			rbf_site_unfold(site, folded, exitant);
 			return 1;
 		}
@@ -351,17 +364,18 @@ RBF_CLONES static void parts_of(const rbf_sampler *sampler, const crowd *c, uint
 typedef struct draft {
 	int count;
 	uint16_t of[RBF_CARRY];         /* place in the crowd */
-	rbf_carry_row x, y, z, width, far, a, b, most, keep, factor, share, p[3], e[3];
+	rbf_carry_row x, y, z, width, far, a, b, extra, number, keep, factor, share, p[3], e[3];
 } draft;
 
 RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampler, uint32_t p, int first, crowd *c, const uint16_t order[],
 	uint32_t count, draft *d)
 {
+	const rbf_sampler_part part = part_of(sampler, p);
 	int n = 0;
 	for (uint32_t i = 0; i < count; i++) {
 		const uint16_t at = order[i];
 		lobe l = {.keep = 0};
-		const int some = choose(site, sampler, p, c->pick[at], first, &c->state[at], &l);
+		const int some = choose(site, sampler, p, part, c->pick[at], first, &c->state[at], &l);
 		d->of[n] = at;
 		d->x[n] = l.centre[0];
 		d->y[n] = l.centre[1];
@@ -370,7 +384,8 @@ RBF_CLONES static void choose_all(const rbf_site *site, const rbf_sampler *sampl
 		d->far[n] = l.far;
 		d->a[n] = l.a;
 		d->b[n] = l.b;
-		d->most[n] = l.most;
+		d->extra[n] = (float)l.extra;
+		d->number[n] = l.number;
 		d->keep[n] = l.keep;
 		n += some;
 	}
@@ -402,10 +417,12 @@ RBF_CLONES static void draw_all(draft *d, float flip_x, float flip_y)
 	}
 }
 
-RBF_CLONES static void weigh_all(draft *d)
+RBF_CLONES static void weigh_all(draft *d, float excess)
 {
+	const float over = 1 / rbf_max(excess, 1e-30f);
 	for (int i = 0; i < d->count; i++) {
-		const float keep = d->keep[i] * d->factor[i] * rbf_min(d->share[i], d->most[i]) * rbf_min(d->e[2][i] * (1 / RBF_HORIZON_Z), 1.f);
+		const float share = d->extra[i] > 0 ? rbf_max(d->share[i] - 1, 0) * over : rbf_min(d->share[i], 1);
+		const float keep = d->keep[i] * d->factor[i] * share * rbf_min(d->e[2][i] * (1 / RBF_HORIZON_Z), 1.f);
 		d->keep[i] = d->e[2][i] > 0 ? keep : 0;
 	}
 }
@@ -421,10 +438,10 @@ static uint32_t draw_part(const rbf_site *site, const rbf_sampler *sampler, uint
 	draw_all(d, site->flip[0][k], site->flip[1][k]);
 	rbf_carry_back(site, k, f, d->count, (const rbf_carry_row *)d->p, d->e, d->factor);
 	rbf_carry_shares(site, k, f, d->count, (const rbf_carry_row *)d->e, d->share);
-	weigh_all(d);
+	weigh_all(d, sampler->set[k][f].excess);
 	for (int i = 0; i < d->count; i++) {
 		const uint16_t at = d->of[i];
-		if (!(rbf_uniform_float(&c->state[at]) < d->keep[i]))
+		if (!(d->number[i] < d->keep[i]))
 			continue;
 		const float folded[3] = {d->e[0][i], d->e[1][i], d->e[2][i]};
 		rbf_site_unfold(site, folded, exitant[c->which[at]]);

@@ -17,7 +17,8 @@ typedef struct rbf_sampler {
 	const rbf_amplitude *luminance;    /* of all blocks */
 	struct rbf_sampler_set {
 		const rbf_draw_set *set;
-		float bound[RBF_FAN];          /* what a share of each table stands for, over the corner's part; behind them the excess */
+		float bound[RBF_FAN];          /* what a share of each table stands for, over the corner's part; behind them E of the tables */
+		float excess;                  /* by how much the corner's share can be above 1 here */
 	} set[3][RBF_MAX_FRAMES];
 } rbf_sampler;
 
