@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "bounds.h"
 #include "draws.h"
+#include "elementary.h"
 #include "kernel.h"
 #include "takeover.h"
 
@@ -11,41 +12,59 @@ enum { ALIGN = 64 };
 
 static const float STEEPEST = 45.f; /* slope of J for half vectors at 88.7 degrees */
 
-/* Angle around a lobe's centre that bounds of J cover. */
-static float spread(const rbf_reach *r, float kappa)
+/* Cosine and sine of the angle around a lobe's centre that bounds of J cover. */
+static void spread(const rbf_reach *r, float kappa, float *cosine, float *sine)
 {
-	return (kappa > 0 ? RBF_LOBE_SPREAD / sqrtf(kappa) : 4) + r->motion;
+	const float w = kappa > 0 ? rbf_min(.5f * RBF_LOBE_SPREAD * RBF_LOBE_SPREAD / kappa, 2) : 2;
+	*cosine = 1 - w;
+	*sine = sqrtf(w * (2 - w));
+	if (r->motion > 0) {
+		const float angle = rbf_min(acosf(*cosine) + r->motion, (float)RBF_PI);
+		*cosine = cosf(angle);
+		*sine = sinf(angle);
+	}
 }
 
-/* Half the largest angle from the base to directions of a lobe: exitant ones above the horizon map to at most `beyond` below it. */
-static float half_angle(const rbf_reach *r, const float centre[3], float around)
+float rbf_reach_lowest(const float base[3], float beyond)
 {
-	const float theta = acosf(rbf_min(rbf_max(r->base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + r->beyond;
-	return .5f * rbf_min(rbf_angle(r->base, centre) + around, theta);
+	const float theta = acosf(rbf_min(rbf_max(base[2], -1.f), 1.f)) + (float)(RBF_PI / 2) + beyond;
+	return theta < (float)RBF_PI ? cosf(theta) : -1;
+}
+
+/* Largest slope of J over the directions of a lobe: the tangent of half the angle to the base. Exitant ones above the horizon map to at most `beyond`
+ * below it. */
+static float steepest(const rbf_reach *r, float to_k, float cosine, float sine)
+{
+	const float across = sqrtf(rbf_max(1 - to_k*to_k, 0)), sum = to_k * cosine - across * sine;
+	const float least = across * cosine + to_k * sine > 0 ? rbf_max(sum, r->lowest) : r->lowest; /* else the sum is beyond half a turn */
+	return rbf_min(sqrtf((1 - least) / rbf_max(1 + least, 1e-6f)), STEEPEST);
 }
 
 float rbf_lobe_slant(const rbf_reach *r, const float centre[3], float kappa)
 {
+	float cosine, sine;
 	if (rbf_map_get(r->map)->kind != RBF_KIND_HALF)
 		return 0;
-	const float half = half_angle(r, centre, spread(r, kappa));
-	return half < 1.55f ? rbf_min(tanf(half), RBF_SLANT_MAX) : RBF_SLANT_MAX;
+	spread(r, kappa, &cosine, &sine);
+	return rbf_min(steepest(r, rbf_dot(r->base, centre), cosine, sine), RBF_SLANT_MAX);
 }
 
 /* J = cos a + sin a (t.d) / (1 + k.d), a between k and l, t from k towards l: over directions d that is a stereographic projection, in which
  * the circle around a centre is a circle again. */
 float rbf_lobe_rise(const rbf_reach *r, const float l[3], const float centre[3], float kappa)
 {
+	float cosine, sine;
 	if (rbf_map_get(r->map)->kind != RBF_KIND_HALF)
 		return 1;
-	const float around = spread(r, kappa), half = half_angle(r, centre, around), along = rbf_dot(r->base, l), to_k = rbf_dot(r->base, centre);
-	const float e[3] = {l[0] - along * r->base[0], l[1] - along * r->base[1], l[2] - along * r->base[2]}, sine = sqrtf(rbf_dot(e, e));
-	float slope = half < 1.55f ? rbf_min(tanf(half), STEEPEST) : STEEPEST;
-	if (!(sine > 0))
+	spread(r, kappa, &cosine, &sine);
+	const float along = rbf_dot(r->base, l), to_k = rbf_dot(r->base, centre), across = sqrtf(rbf_max(1 - to_k*to_k, 0));
+	const float e[3] = {l[0] - along * r->base[0], l[1] - along * r->base[1], l[2] - along * r->base[2]}, away = sqrtf(rbf_dot(e, e));
+	float slope = steepest(r, to_k, cosine, sine);
+	if (!(away > 0))
 		return 1;
-	if (around < (float)RBF_PI && to_k + cosf(around) > 1e-4f)
-		slope = rbf_min((rbf_dot(e, centre) / sine + sinf(around)) / (to_k + cosf(around)) + 1e-4f, slope);
-	return rbf_max(along + sine * slope, 0);
+	if (across * cosine + to_k * sine > 0 && to_k + cosine > 1e-4f)
+		slope = rbf_min((rbf_dot(e, centre) / away + sine) / (to_k + cosine) + 1e-4f, slope);
+	return rbf_max(along + away * slope, 0);
 }
 
 /* By how much ways around the triangle of three directions turn, somewhat more than its solid angle; or, for two, what lies between their arc
@@ -81,6 +100,13 @@ typedef struct maker {
 	float limit;
 } maker;
 
+/* The next whole number, of what is not negative. */
+static long rounded_up(double x)
+{
+	const long whole = (long)x;
+	return whole + ((double)whole < x);
+}
+
 /* Running sums of shares that are at least the parts, and guides, of one table; returns the unit. */
 static float shares(const double *part, const rbf_draw_set *set, uint32_t table)
 {
@@ -99,9 +125,9 @@ static float shares(const double *part, const rbf_draw_set *set, uint32_t table)
 	const double scale = 1 / (double)unit;
 	long rest = RBF_DRAW_TOTAL, sum = 0;
 	for (uint32_t i = 0; i < count; i++)
-		rest -= (long)ceil(part[i] * scale);
+		rest -= rounded_up(part[i] * scale);
 	for (uint32_t i = 0; i < count + RBF_LANES; i++) {
-		sum += i < count ? (long)ceil(part[i] * scale) + (i == largest ? rest : 0) : 0;
+		sum += i < count ? rounded_up(part[i] * scale) + (i == largest ? rest : 0) : 0;
 		((uint16_t *)rbf_draw_row(set, i / RBF_LANES, table))[i % RBF_LANES] = (uint16_t)sum;
 	}
 	for (uint32_t g = 0; g < RBF_DRAW_GUIDES; g++) {
@@ -118,11 +144,13 @@ static float shares(const double *part, const rbf_draw_set *set, uint32_t table)
 /* The part of a lobe that may lie where its corner takes over from another; kappa is above RBF_LOBE_SHARP. */
 static float tail(const maker *m, const float at[3], float kappa)
 {
+	/* beyond, less than 1/65535 is left */
+	const float enough = m->reach.motion + 4.9f / sqrtf(kappa);
 	float angle = INFINITY;
 	for (uint32_t i = 0; i < m->others && angle > 0; i++)
-		angle = rbf_min(rbf_takeover_angle(&m->near[i], m->reach.map, m->linear, at), angle);
-	angle = rbf_max(angle - m->reach.motion, 0);
-	return angle < (float)RBF_PI ? (float)exp(-(double)kappa * (1 - cos((double)angle))) : 0;
+		angle = rbf_min(rbf_takeover_angle(&m->near[i], m->reach.map, m->linear, at, enough), angle);
+	angle = rbf_min(rbf_max(angle - m->reach.motion, 0), 3);
+	return rbf_exp_negative(-kappa * .5f * angle * angle * (1 - angle * angle * (1 / 12.f)));
 }
 
 /* Largest residual motion of a lobe, rad. */
@@ -146,7 +174,8 @@ static void make_set(maker *m, const rbf_component *c, uint32_t offset, rbf_draw
 		const rbf_block *b = &c->block[set->first + i / RBF_LANES];
 		const uint32_t lane = i % RBF_LANES;
 		const float centre[3] = {b->x[lane], b->y[lane], b->z[lane]}, kappa = b->k[lane];
-		const double mass = (double)c->amplitude[(size_t)y * c->blocks + set->first + i / RBF_LANES].a[lane] * rbf_lobe_integral((double)kappa);
+		const double mass = (double)c->amplitude[(size_t)y * c->blocks + set->first + i / RBF_LANES].a[lane] * (kappa > RBF_LOBE_SHARP
+			? 2 * RBF_PI / (double)kappa : rbf_lobe_integral((double)kappa));
 		float at[3];
 		part[i] = part[count + i] = part[2 * count + i] = 0;
 		if (!(kappa > 0) || !(mass > 0) || !(mass < 1e30))
@@ -170,6 +199,7 @@ static void make_corner(const place *at, uint32_t k, rbf_draws *draws, double *p
 	const rbf_component *c = at->component;
 	const rbf_vertex *own = at->corner[k];
 	const uint32_t base = rbf_bound_base(c, own), start = c->set[base * c->frames].first;
+	float beyond = 0;
 	maker m = {.at = at, .op = own->op, .others = at->corners - 1};
 	memcpy(m.reach.base, own->direction, sizeof m.reach.base);
 	for (uint32_t i = 0; i < m.others; i++) {
@@ -178,12 +208,13 @@ static void make_corner(const place *at, uint32_t k, rbf_draws *draws, double *p
 		memcpy(n->k, own->direction, sizeof n->k);
 		memcpy(n->l, other->direction, sizeof n->l);
 		n->twist = at->chain ? 0 : twist_of(n->k, n->l, at->corners > 2 ? third->direction : NULL);
-		m.reach.beyond = rbf_max(rbf_angle(n->k, n->l), m.reach.beyond);
+		beyond = rbf_max(rbf_angle(n->k, n->l), beyond);
 	}
 	for (uint32_t i = 0; i < 2 && at->shift_of; i++)
 		m.shift[i] = rbf_bound_shift(c, at->shift_of[2 * k + i], base);
 	if (!at->inside && !at->chain)
-		m.reach.beyond = (float)(RBF_PI / 2); /* anywhere outside the mesh */
+		beyond = (float)(RBF_PI / 2); /* anywhere outside the mesh */
+	m.reach.lowest = rbf_reach_lowest(m.reach.base, beyond);
 	for (uint32_t f = 0; f < c->frames; f++) {
 		rbf_draw_set *set = &draws->set[k * c->frames + f];
 		m.reach.map = c->frame[f];

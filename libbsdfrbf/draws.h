@@ -26,9 +26,12 @@
 typedef struct rbf_reach {
 	unsigned map;
 	float base[3];       /* measured incidence */
-	float beyond;        /* largest angle to an incident direction that is served */
+	float lowest;        /* cosine of the angle to what may be lowest, by: */
 	float motion;        /* largest residual motion of the lobe */
 } rbf_reach;
+
+/* beyond: largest angle from the base to an incident direction that it serves. */
+float rbf_reach_lowest(const float base[3], float beyond);
 
 /* T of a lobe: 0 but for half maps. */
 float rbf_lobe_slant(const rbf_reach *reach, const float centre[3], float kappa);

@@ -11,6 +11,6 @@ typedef struct rbf_neighbour {
 } rbf_neighbour;
 
 /* A lower bound of the angle, rad, from a direction at k to the nearest one where k takes over from l; INFINITY: nowhere. No site need be
- * known: what is seen from k and l differs by what moves from k to l. */
-float rbf_takeover_angle(const rbf_neighbour *n, unsigned map, const rbf_linear *linear, const float at[3]);
+ * known: what is seen from k and l differs by what moves from k to l. enough: beyond that, any. */
+float rbf_takeover_angle(const rbf_neighbour *n, unsigned map, const rbf_linear *linear, const float at[3], float enough);
 #endif

@@ -148,7 +148,7 @@ static void bound_holds(void **state)
 			random_near(&seed, i, .3, k);
 			random_direction(&seed, 0, c);
 			const double sigma = .003 * pow(100, random_unit(&seed));
-			const rbf_reach reach = {.map = map, .base = {k[0], k[1], k[2]}, .beyond = .31f};
+			const rbf_reach reach = {.map = map, .base = {k[0], k[1], k[2]}, .lowest = rbf_reach_lowest(k, .31f)};
 			const float slant = rbf_lobe_slant(&reach, c, (float)(1 / (sigma * sigma)));
 			assert_true(slant >= 0);
 			rbf_warp_set(&warp, map, &learned, i, k);
@@ -198,7 +198,7 @@ static void rise_holds(void **state)
 			for (int m = 0; m < 3; m++)
 				i[m] += share[a] * k[a][m];
 		const float length = rbf_normalize(i);
-		const rbf_reach reach = {.map = RBF_MAP_HALF, .base = {k[0][0], k[0][1], k[0][2]}, .beyond = .31f};
+		const rbf_reach reach = {.map = RBF_MAP_HALF, .base = {k[0][0], k[0][1], k[0][2]}, .lowest = rbf_reach_lowest(k[0], .31f)};
 		for (int a = 0; a < 3; a++) {
 			weight[a] = share[a] / length;
 			bound += weight[a] * (a ? rbf_lobe_rise(&reach, k[a], c, (float)(1 / (sigma * sigma))) : 1);
@@ -239,7 +239,7 @@ static void where_corners_take_over(void **state)
 			rbf_neighbour near = {.twist = .1f};
 			memcpy(near.k, k, sizeof k);
 			memcpy(near.l, l, sizeof l);
-			const float bound = rbf_takeover_angle(&near, map, &learned, c);
+			const float bound = rbf_takeover_angle(&near, map, &learned, c, n % 2 ? INFINITY : .2f);
 			worth += bound > .1f;
 			tried++;
 			for (int s = 0; s < 60 && bound > 0; s++) {

@@ -9,6 +9,7 @@
 
 #include "question.h"
 #include "random_model.h"
+#include "integrate.h"
 #include "sample.h"
 
 enum { MODELS = FIXTURES + RANDOM_PLANS, SAMPLES = 15000 };
@@ -229,6 +230,60 @@ static void ends_of_the_range(void **state)
 	assert_false(bsdfrbf_sample(model[1], below, 0, .5, d)); /* the back was not measured */
 }
 
+/* Bounds are not far above what arrives: two of three draws are kept, and more, those that go below the horizon counted. */
+static void most_draws_are_kept(void **state)
+{
+	(void)state;
+	double sum = 0;
+	int sites = 0;
+	for (int m = 0; m < FIXTURES; m++)
+		for (int t = 0; t < INCIDENCES; t++) {
+			const question q = ask(m, t);
+			const float incident[3] = {q.incident[0], q.incident[1], fabsf(q.incident[2])};
+			int transmit;
+			const rbf_component *c = fixture_component(q.model, &transmit);
+			const int y = bsdfrbf_channels(q.model) == 3;
+			rbf_site site;
+			rbf_spot at;
+			rbf_sampler sampler;
+			double arrives[3];
+			rbf_site_turn(c, incident, &site);
+			rbf_site_find(&site, &at);
+			rbf_site_settle(&site, &at);
+			rbf_sampler_set(&site, rbf_draws_at(q.model, c, at.item), at.weight, &sampler);
+			rbf_site_dhr(&site, arrives);
+			assert_true((double)sampler.total > .999 * arrives[y]);
+			sum += (double)sampler.total / arrives[y];
+			sites++;
+		}
+	print_message("%.3f draws for each that is kept\n", sum / sites);
+	assert_true(sum / sites < 1.5);
+}
+
+/* A model keeps the tables of each element that was sampled, and makes no others. */
+static void tables_are_kept(void **state)
+{
+	(void)state;
+	int transmit;
+	const rbf_component *c = fixture_component(model[0], &transmit);
+	const rbf_draws *first = rbf_draws_at(model[0], c, 0);
+	assert_non_null(first);
+	assert_ptr_equal(rbf_draws_at(model[0], c, 0), first);
+	rbf_draws *again = rbf_draws_of_item(c, 0);
+	assert_memory_equal(again, first, first->first);
+	free(again);
+	bsdfrbf_model *other = random_model(&random_plans[0], 70);
+	const rbf_component *own = fixture_component(other, &transmit);
+	assert_null(atomic_load(&other->late->draws[own - other->component]));
+	assert_non_null(rbf_draws_at(other, own, RBF_MESH_BORDER));
+	const rbf_kept_draws *kept = atomic_load(&other->late->draws[own - other->component]);
+	size_t made = 0;
+	for (size_t i = 0; i < kept->items; i++)
+		made += atomic_load(&kept->of[i]) != NULL;
+	assert_int_equal(made, 1);
+	bsdfrbf_close(other);
+}
+
 /* A number at the border between two parts of a site's sampler, or beside it by rounding, draws from one of them: lobes behind those of a
  * set, which here have no direction at all, are never reached. */
 static void borders_of_parts(void **state)
@@ -288,6 +343,8 @@ int main(void)
 		cmocka_unit_test(many_at_one_incidence),
 		cmocka_unit_test(ends_of_the_range),
 		cmocka_unit_test(borders_of_parts),
+		cmocka_unit_test(most_draws_are_kept),
+		cmocka_unit_test(tables_are_kept),
 	};
 	return cmocka_run_group_tests(tests, build, clear);
 }
