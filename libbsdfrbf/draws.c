@@ -107,8 +107,8 @@ static long rounded_up(double x)
 	return whole + ((double)whole < x);
 }
 
-/* Running sums of shares that are at least the parts, and guides, of one table; returns the unit. */
-static float shares(const double *part, const rbf_draw_set *set, uint32_t table)
+/* Running sums of shares that are at least the parts, which become these shares, and guides, of one table; returns the unit. */
+static float shares(double *part, const rbf_draw_set *set, uint32_t table)
 {
 	const uint32_t count = set->blocks * RBF_LANES;
 	uint8_t *guide = (uint8_t *)rbf_draw_guide(set, table);
@@ -124,11 +124,18 @@ static float shares(const double *part, const rbf_draw_set *set, uint32_t table)
 	const float unit = nextafterf((float)(total / (double)(RBF_DRAW_TOTAL - some)), INFINITY);
 	const double scale = 1 / (double)unit;
 	long rest = RBF_DRAW_TOTAL, sum = 0;
-	for (uint32_t i = 0; i < count; i++)
-		rest -= rounded_up(part[i] * scale);
-	for (uint32_t i = 0; i < count + RBF_LANES; i++) {
-		sum += i < count ? rounded_up(part[i] * scale) + (i == largest ? rest : 0) : 0;
-		((uint16_t *)rbf_draw_row(set, i / RBF_LANES, table))[i % RBF_LANES] = (uint16_t)sum;
+	for (uint32_t i = 0; i < count; i++) {
+		const long share = rounded_up(part[i] * scale);
+		part[i] = (double)share;
+		rest -= share;
+	}
+	part[largest] += (double)rest;
+	for (uint32_t b = 0; b <= set->blocks; b++) {
+		uint16_t *row = (uint16_t *)rbf_draw_row(set, b, table);
+		for (uint32_t n = 0; n < RBF_LANES; n++) {
+			sum += b < set->blocks ? (long)part[b * RBF_LANES + n] : 0;
+			row[n] = (uint16_t)sum;
+		}
 	}
 	for (uint32_t g = 0; g < RBF_DRAW_GUIDES; g++) {
 		while (rbf_draw_row(set, block, table)[RBF_LANES - 1] <= g * ((RBF_DRAW_TOTAL + 1) / RBF_DRAW_GUIDES))

@@ -80,7 +80,7 @@ static float halved(const rbf_neighbour *n, const float d[3], float enough)
 	const float sine = length * sqrtf(rbf_max(1 - .25f * chord, 0));
 	const float z = 2 * rbf_dot(h, n->l) * h[2] - n->l[2], up = (2 * rbf_dot(h, e) * h[2] - e[2]) / length;
 	/* angles are no less than differences of sines */
-	const float quick = rbf_max(within(z - RBF_VALID_Z, tangent, cosine, sine), within(up, tangent, -1, 0));
+	const float quick = within(z - RBF_VALID_Z, tangent, cosine, sine);
 	if (quick >= enough)
 		return quick;
 	return rbf_max(within(angle_from_sine(z) - angle_from_sine(RBF_VALID_Z), tangent, cosine, sine), within(angle_from_sine(up), tangent, -1, 0));
