@@ -14,7 +14,7 @@ double rbf_tune_ratio(double expected, double is);
 /* DHR without the Lambertian part, of such roots (levels.h): [bases], to be freed. NULL: out of memory. */
 float *rbf_tune_arrived(uint32_t bases, const float root[]);
 
-/* component->tune, of one that has its tables of draws, but none of DHR. how: as choice->tune (left_out.h). Opens OpenMP regions. Returns 0, or -1
+/* component->tune, of one that has its bands (bands.h), but no table of DHR. how: as choice->tune (left_out.h). Opens OpenMP regions. Returns 0, or -1
  * when out of memory. */
 int rbf_tune_make(const rbf_fitted *fitted, int how, rbf_component *component);
 #endif
