@@ -20,7 +20,7 @@ static const uint32_t KIND[KINDS] = {0, RBF_FIT_NARROW, RBF_FIT_BETWEEN};
 typedef struct trial {
 	float error;                    /* < 0: none told */
 	uint32_t lobes;                 /* places */
-	int missed;                     /* much, by more than noise; and then, of each kind: */
+	int missed;                     /* much, by more than noise, and by those held out by chance as well; of each kind: */
 	uint32_t best[KINDS];           /* places */
 	float cost[KINDS], lack[KINDS]; /* logarithm of the error, with what its lobes should have taken off it; the error */
 } trial;
@@ -81,6 +81,7 @@ static int try_kinds(const rbf_incidence *in, int channels, const float lamberti
 		t->cost[kind] = found[kind].cost[best] / (float)folds;
 		t->lack[kind] = found[kind].lack[best] / (float)folds;
 	}
+	t->missed = t->missed && t->lack[0] > MUCH;
 	return 0;
 }
 
@@ -115,8 +116,10 @@ static int from_samples(const rbf_incidence *in, int channels, const float lambe
 static void choose_kind(uint32_t count, trial *trials)
 {
 	double cost[KINDS] = {0};
-	int best = 0;
+	int best = 0, missed = 0;
 	for (uint32_t t = 0; t < count; t++)
+		missed |= trials[t].missed;
+	for (uint32_t t = 0; t < count && missed; t++)
 		for (int kind = 0; kind < KINDS; kind++)
 			cost[kind] += (double)(trials[t].missed ? trials[t].cost[kind] : fminf(trials[t].cost[kind], trials[t].cost[0]));
 	for (int kind = 1; kind < KINDS; kind++)
