@@ -85,25 +85,32 @@ static void uneven_light_is_unknown(void **state)
 	assert_true(unknown_in(RBF_ANISOTROPIC, any, &last) <= 0);
 }
 
-/* A beam of such a width, degrees, besides haze, with noise; what a fit to it misses. */
-static void fit_errors(double width, double noise, float *by_noise, float *missed)
+/* Directions all over the hemisphere, and the mirror direction; what a beam towards that, of such a width in rad, sends into each. */
+static void scan(const double mirror[3], double sigma, double out[SAMPLES + 1][3], double beam[SAMPLES + 1])
 {
-	static double out[SAMPLES + 1][3];
-	static float dsf[SAMPLES + 1];
-	const float none[3] = {0, 0, 0};
-	const double direction[3] = {0, 0, 1}, sigma = width * DEGREE;
-	uint64_t seed = 7;
-	double mirror[3];
-	polar(20, 180, mirror);
 	for (int i = 0; i <= SAMPLES; i++) {
 		if (i < SAMPLES)
 			polar(acos(1 - (i + .5) / SAMPLES) / DEGREE, 137.508 * i, out[i]);
 		else
-			memcpy(out[i], mirror, sizeof mirror);
+			memcpy(out[i], mirror, sizeof out[i]);
 		const double x = out[i][0] - mirror[0], y = out[i][1] - mirror[1], z = out[i][2] - mirror[2];
-		dsf[i] = (float)((.1 * out[i][2] / RBF_PI + .5 / (2 * RBF_PI * sigma * sigma) * exp(-.5 * (x*x + y*y + z*z) / (sigma * sigma)))
-			* (1 + noise * sqrt(12) * uniform(&seed)));
+		beam[i] = exp(-.5 * (x*x + y*y + z*z) / (sigma * sigma)) / (2 * RBF_PI * sigma * sigma);
 	}
+}
+
+/* A beam of such a width, degrees, besides haze, with noise; what a fit to it misses. */
+static void fit_errors(double width, double noise, float *by_noise, float *missed)
+{
+	static double out[SAMPLES + 1][3], beam[SAMPLES + 1];
+	static float dsf[SAMPLES + 1];
+	const float none[3] = {0, 0, 0};
+	const double direction[3] = {0, 0, 1};
+	uint64_t seed = 7;
+	double mirror[3];
+	polar(20, 180, mirror);
+	scan(mirror, width * DEGREE, out, beam);
+	for (int i = 0; i <= SAMPLES; i++)
+		dsf[i] = (float)((.1 * out[i][2] / RBF_PI + .5 * beam[i]) * (1 + noise * sqrt(12) * uniform(&seed)));
 	rbf_incidence in = {.direction = {0, 0, 1}, .count = SAMPLES + 1, .outgoing = out[0], .dsf = dsf};
 	const rbf_measured measured = {.count = 1, .incidence = &in};
 	rbf_lobes all, held;
@@ -137,26 +144,19 @@ static void what_fits_miss(void **state)
 /* Incidences 10 degrees apart: a share of the light, by polar angle, is a mirror's beam of such a width, the rest diffuse. Returns the expected error. */
 static float build(const float *light, double share, double width)
 {
-	static double out[SAMPLES + 1][3], value[SAMPLES + 1];
+	static double out[SAMPLES + 1][3], beam[SAMPLES + 1], value[SAMPLES + 1];
 	bsdfrbf_context *context = bsdfrbf_context_new();
 	bsdfrbf_data *data = bsdfrbf_data_new(context);
 	bsdfrbf_model *made = NULL;
 	bsdfrbf_component_info info;
-	const double sigma = width * DEGREE;
 	uint64_t seed = 3;
 	for (int t = 0; t < INCIDENCES; t++) {
 		double in[3], mirror[3];
 		polar(10 * t, 0, in);
 		polar(10 * t, 180, mirror);
-		for (int i = 0; i <= SAMPLES; i++) {
-			if (i < SAMPLES)
-				polar(acos(1 - (i + .5) / SAMPLES) / DEGREE, 137.508 * i, out[i]);
-			else
-				memcpy(out[i], mirror, sizeof mirror);
-			const double x = out[i][0] - mirror[0], y = out[i][1] - mirror[1], z = out[i][2] - mirror[2];
-			value[i] = (double)light[t] * ((1 - share) * out[i][2] / RBF_PI + share / (2 * RBF_PI * sigma * sigma) * exp(-.5 * (x*x + y*y + z*z) / (sigma * sigma)))
-				* (1 + .03 * uniform(&seed));
-		}
+		scan(mirror, width * DEGREE, out, beam);
+		for (int i = 0; i <= SAMPLES; i++)
+			value[i] = (double)light[t] * ((1 - share) * out[i][2] / RBF_PI + share * beam[i]) * (1 + .03 * uniform(&seed));
 		assert_int_equal(bsdfrbf_data_add(context, data, in, SAMPLES + 1, out[0], value, 1, BSDFRBF_QUANTITY_DSF), BSDFRBF_OK);
 	}
 	warnings[0] = 0;
