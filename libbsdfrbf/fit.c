@@ -58,7 +58,6 @@ typedef struct rbf_fitting {
 	uint8_t *outlier;         /* 1: not used */
 	float mix[3];             /* of the channels, by which each counts alike */
 	float *level;             /* y so mixed: lobes are placed where any channel has light */
-	float spread;             /* of the last fit, by noise, before lobes joined */
 	uint32_t lobes, peak[2];  /* of these the first found as a peak, and the one after the last */
 	float (*centre)[3];
 	float *across;            /* gap_at() of those that are samples */
@@ -483,7 +482,6 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 		failed = rbf_equations_leave_out(&k->equations, k->outlier) || solve(k, out);
 		spread = failed ? 0 : find_misses(k, out);
 	}
-	k->spread = spread;
 	for (int round = 0; round < ROUNDS && spread > 0; round++) {
 		const int more = add_missed(k, spread);
 		failed = more < 0;
@@ -505,7 +503,10 @@ int rbf_fit_lobes(rbf_fitting *k, uint32_t lobes, rbf_lobes *out, float *error)
 	return failed ? -1 : 0;
 }
 
-float rbf_fit_spread(const rbf_fitting *k) { return k->spread; }
+float rbf_fit_noise(const rbf_fitting *k, const rbf_lobes *lobes)
+{
+	return rbf_held_out_noise(k->incidence, k->channels, k->hold, k->lambertian, k->area, lobes);
+}
 
 int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t lobes, uint32_t hold,
 	rbf_lobes *out, float *error)

@@ -27,6 +27,6 @@ int rbf_fit(const rbf_incidence *incidence, int channels, const float lambertian
 typedef struct rbf_fitting rbf_fitting;
 rbf_fitting *rbf_fit_begin(const rbf_incidence *incidence, int channels, const float lambertian[3], uint32_t hold, int between);
 int rbf_fit_lobes(rbf_fitting *fitting, uint32_t lobes, rbf_lobes *out, float *error);
-float rbf_fit_spread(const rbf_fitting *fitting); /* of the relative differences of the last fit from its samples: 1.5 times their median */
+float rbf_fit_noise(const rbf_fitting *fitting, const rbf_lobes *lobes); /* what the error of a fit would be by noise alone; -1: out of memory */
 void rbf_fit_end(rbf_fitting *fitting);
 #endif

@@ -1,35 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/*
- * Noise hardly ever grows more than in proportion to light. So what half of the samples that are no brighter are off by, or less, bounds that of brighter ones, and
- * is not moved by the few that a fit misses because it has not seen what there is between others.
- */
 #include "fit_error.h"
 #include "difference.h"
-#include "median.h"
 #include "neighbours.h"
+#include "noise.h"
 
 #include <stdlib.h>
 
-enum { SAMPLES = 1024, AROUND = 8, ALIKE = 128 }; /* that are looked at; that tell what solid angle one stands for; that share a noise */
-static const double MEAN = 1.183;  /* of |x|, of a normal distribution, over its median */
+enum { SAMPLES = 1024, AROUND = 8 }; /* that are looked at; that tell what solid angle one stands for */
 static const double SURELY = 1.5; /* times the noise: less is chance, or noise that is not normal */
 static const double MOST = .85, HALF = .5; /* of what a fit to all samples but some misses, and of a fit to every other one, the fit to all does */
 
-/* One that the fit to every other sample has not seen. */
-typedef struct unseen {
-	double light, truth, area, miss, miss_half; /* by the fit to all; as measured; missed by both fits */
-} unseen;
-
-static int by_light(const void *a, const void *b)
-{
-	const unseen *x = a, *y = b;
-	return (x->light > y->light) - (x->light < y->light);
-}
-
-/* Returns how many there are, or -1 when out of memory. */
-static int look(const rbf_incidence *in, const rbf_lobes *all, const rbf_lobes *half, float lambertian, unseen list[SAMPLES])
+/* Samples that the fit to every other one has not seen, as the fit to all misses them, and what it misses itself, relative L1. Returns how many
+ * there are, or -1 when out of memory. */
+static int look(const rbf_incidence *in, const rbf_lobes *all, const rbf_lobes *half, float lambertian, rbf_noisy list[SAMPLES], double *missed)
 {
 	const size_t step = 2 * ((in->count / 2 + SAMPLES - 1) / SAMPLES), channels = all->channels, y = rbf_luminance(all->channels);
+	double off = 0, sum = 0;
 	rbf_tree tree;
 	int count = 0;
 	if (rbf_tree_of(&tree, in->count, in->outgoing))
@@ -40,31 +26,14 @@ static int look(const rbf_incidence *in, const rbf_lobes *all, const rbf_lobes *
 		uint32_t near[AROUND];
 		float square[AROUND];
 		const int found = rbf_tree_nearest(&tree, w, AROUND, near, square);
-		const double light = (double)rbf_lobes_luminance(all, w) + base;
-		list[count++] = (unseen){light, truth, (double)square[found - 1], fabs(light - truth),
-			fabs((double)rbf_lobes_luminance(half, w) + base - truth)};
+		const double light = (double)rbf_lobes_luminance(all, w) + base, area = (double)square[found - 1];
+		list[count++] = (rbf_noisy){light, truth, area, fabs(light - truth)};
+		off += area * fabs((double)rbf_lobes_luminance(half, w) + base - truth);
+		sum += area * fabs(truth);
 	}
 	rbf_tree_free(&tree);
+	*missed = sum > 0 ? off / sum : 0;
 	return count;
-}
-
-/* Relative L1 of noise. Sorts the list. */
-static double noise_of(unseen list[], int count)
-{
-	double share = INFINITY, noise = 0, all = 0;
-	qsort(list, (size_t)count, sizeof *list, by_light);
-	for (int first = 0, end; first < count; first = end) {
-		end = first + 2 * ALIKE > count ? count : first + ALIKE;
-		double off[2 * ALIKE];
-		for (int i = first; i < end; i++)
-			off[i - first] = list[i].light > 0 ? list[i].miss / list[i].light : INFINITY;
-		share = fmin(share, rbf_median(off, (size_t)(end - first)));
-		for (int i = first; i < end; i++) {
-			noise += list[i].light > 0 ? list[i].area * list[i].light * share : 0;
-			all += list[i].area * fabs(list[i].truth);
-		}
-	}
-	return all > 0 ? MEAN * noise / all : 0;
 }
 
 static double beyond(double error, double noise)
@@ -75,17 +44,13 @@ static double beyond(double error, double noise)
 /* Returns 0, or -1 when out of memory. */
 static int missed_at(const rbf_incidence *in, const rbf_lobes *all, const rbf_lobes *half, float lambertian, float held_out, float *missed)
 {
-	unseen *list = malloc(SAMPLES * sizeof *list);
-	const int count = list ? look(in, all, half, lambertian, list) : -1;
-	double off = 0, light = 0;
+	rbf_noisy *list = malloc(SAMPLES * sizeof *list);
+	double off;
+	const int count = list ? look(in, all, half, lambertian, list, &off) : -1;
 	*missed = 0;
-	for (int i = 0; i < count; i++) {
-		off += list[i].area * list[i].miss_half;
-		light += list[i].area * fabs(list[i].truth);
-	}
-	if (light > 0) {
-		const double noise = noise_of(list, count);
-		*missed = (float)fmin(fmax(MOST * beyond(fmax((double)held_out, 0), noise), HALF * beyond(off / light, noise)), 1);
+	if (count > 0) {
+		const double noise = rbf_noise_of(count, list);
+		*missed = (float)fmin(fmax(MOST * beyond(fmax((double)held_out, 0), noise), HALF * beyond(off, noise)), 1);
 	}
 	free(list);
 	return count < 0 ? -1 : 0;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Samples are dense where there is much light: each counts for the solid angle it stands for. */
 #include "held_out.h"
+#include "noise.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -47,4 +48,24 @@ float rbf_held_out_error(const rbf_incidence *in, int channels, uint32_t hold, c
 		held++;
 	}
 	return total > 0 ? (float)(difference / total) : -1;
+}
+
+float rbf_held_out_noise(const rbf_incidence *in, int channels, uint32_t hold, const float lambertian[3], const float *area, const rbf_lobes *lobes)
+{
+	const size_t y = rbf_luminance((uint32_t)channels);
+	rbf_noisy *list = malloc((in->count + 1) * sizeof *list);
+	int held = 0;
+	for (size_t i = 0; i < in->count && list; i++) {
+		float w[3];
+		if (!rbf_held_out(hold, i))
+			continue;
+		direction_of(in, i, w);
+		const double truth = (double)in->dsf[i * (size_t)channels + y];
+		const double light = (double)(rbf_lobes_luminance(lobes, w) + lambertian[y] * w[2] / (float)RBF_PI);
+		list[held] = (rbf_noisy){light, truth, (double)area[held], fabs(light - truth)};
+		held++;
+	}
+	const float noise = list ? (float)rbf_noise_of(held, list) : -1;
+	free(list);
+	return noise;
 }

@@ -29,4 +29,8 @@ float *rbf_held_out_areas(const rbf_incidence *incidence, uint32_t hold, int fol
 /* Relative L1 of lobes and the Lambertian part against them, channels weighted by mix. -1: none held out. */
 float rbf_held_out_error(const rbf_incidence *incidence, int channels, uint32_t hold, const float lambertian[3], const float mix[3],
 	const float *area, const rbf_lobes *lobes);
+
+/* How much of that is noise (noise.h), by luminance. -1: out of memory. */
+float rbf_held_out_noise(const rbf_incidence *incidence, int channels, uint32_t hold, const float lambertian[3], const float *area,
+	const rbf_lobes *lobes);
 #endif

@@ -13,7 +13,7 @@
 enum { HOLD = 8, START = 150, MOST = 600, KINDS = 3, STEPS = 4 };
 enum { EACH = 3, FOLDS = 4, ENOUGH = 3200 }; /* samples a place at least; times others are held out, with samples so many in all if that is more */
 static const float GAIN = .9f, SAME = 1.005f;
-static const float NOISE = 2.5f, MUCH = .05f; /* times the spread: three times what noise alone would be; and of all light */
+static const float NOISE = 1.73f, MUCH = .05f; /* times what noise alone would make it: what is missed besides is, in squares, twice that; and of all light */
 static const uint32_t KIND[KINDS] = {0, RBF_FIT_NARROW, RBF_FIT_BETWEEN};
 
 /* What was found at a trial. */
@@ -85,12 +85,25 @@ static int try_kinds(const rbf_incidence *in, int channels, const float lamberti
 	return 0;
 }
 
+/* Whether the error, which is large, is more than noise makes it. */
+static int ask_noise(rbf_fitting *fitting, trial *t)
+{
+	rbf_lobes fitted;
+	float error;
+	if (rbf_fit_lobes(fitting, t->lobes, &fitted, &error))
+		return -1;
+	const float noise = rbf_fit_noise(fitting, &fitted);
+	rbf_lobes_free(&fitted);
+	t->missed = error > NOISE * noise;
+	return noise < 0 ? -1 : 0;
+}
+
 static int from_samples(const rbf_incidence *in, int channels, const float lambertian[3], trial *t)
 {
 	rbf_fitting *fitting = rbf_fit_begin(in, channels, lambertian, HOLD, 0);
 	uint32_t lobes;
 	int failed = !fitting || try_lobes(fitting, START, &t->error, &lobes);
-	float next, spread = failed ? 0 : rbf_fit_spread(fitting);
+	float next;
 	t->lobes = START;
 	while (!failed && 2 * t->lobes <= MOST) {
 		failed = try_lobes(fitting, 2 * t->lobes, &next, &lobes);
@@ -98,7 +111,6 @@ static int from_samples(const rbf_incidence *in, int channels, const float lambe
 			break;
 		t->lobes *= 2;
 		t->error = next;
-		spread = rbf_fit_spread(fitting);
 	}
 	if (!failed && t->lobes == START) {
 		failed = try_lobes(fitting, START / 2, &next, &lobes);
@@ -107,8 +119,10 @@ static int from_samples(const rbf_incidence *in, int channels, const float lambe
 			t->error = next;
 		}
 	}
+	t->missed = t->error > MUCH;
+	if (!failed && t->missed)
+		failed = ask_noise(fitting, t);
 	rbf_fit_end(fitting);
-	t->missed = t->error > fmaxf(NOISE * spread, MUCH);
 	return failed ? -1 : 0;
 }
 

@@ -10,6 +10,7 @@
 
 #include "bsdfrbf.h"
 #include "fit_error.h"
+#include "noise.h"
 #include "plans.h"
 #include "uneven.h"
 
@@ -83,6 +84,28 @@ static void uneven_light_is_unknown(void **state)
 		any[i] = i % 2 ? .1f : .4f;
 	rings(1, 40, 40, 1, 0, 315, 45);
 	assert_true(unknown_in(RBF_ANISOTROPIC, any, &last) <= 0);
+}
+
+/* Noise of 5 % of the light is told as that, and what a fit misses of every third of the brighter ones is none. */
+static void noise_is_told(void **state)
+{
+	(void)state;
+	static rbf_noisy list[1000];
+	for (int missed = 0; missed < 2; missed++) {
+		uint64_t seed = 5;
+		double sum = 0, light = 0;
+		for (int i = 0; i < 1000; i++) {
+			double normal = 0;
+			for (int k = 0; k < 12; k++)
+				normal += uniform(&seed);
+			const double l = pow(10, -3. * i / 1000), noise = .05 * fabs(normal) * l;
+			list[i] = (rbf_noisy){l, l, 1, missed && i < 500 && i % 3 == 0 ? l : noise};
+			sum += noise;
+			light += l;
+		}
+		const double told = rbf_noise_of(1000, list);
+		assert_true(told > .8 * sum / light && told < 1.25 * sum / light);
+	}
 }
 
 /* Directions all over the hemisphere, and the mirror direction; what a beam towards that, of such a width in rad, sends into each. */
@@ -188,6 +211,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(uneven_light_is_unknown),
+		cmocka_unit_test(noise_is_told),
 		cmocka_unit_test(what_fits_miss),
 		cmocka_unit_test(what_is_told),
 	};
