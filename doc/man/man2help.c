@@ -159,7 +159,7 @@ static void read_page(const char *path, page *p)
 				wrap(p, p->description, 0, 0);
 			continue;
 		}
-		if (!strcmp(line, ".PP") || !strcmp(line, ".br") || !strcmp(line, ".IP")) {
+		if (!strcmp(line, ".PP") || !strcmp(line, ".br") || !strcmp(line, ".IP") || !strncmp(line, ".IP ", 4)) {
 			paragraph += section == DESCRIPTION;
 			continue;
 		}
