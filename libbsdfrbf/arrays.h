@@ -39,7 +39,7 @@
 	X(26, "lobes",          block,             !c->packed * 1ull * c->blocks,     RBF_ARRAY_FLOAT) \
 	X(27, "amplitudes",     amplitude,         !c->packed * 1ull * c->channels * c->blocks, RBF_ARRAY_FLOAT) \
 	X(40, "packed",         pack,              c->packed,                        RBF_ARRAY_BITS) \
-	X(30, "shifts",         shift,             c->residual * 1ull * c->shifts,   RBF_ARRAY_FLOAT) \
+	X(30, "shifts",         shift,             !c->packed * c->residual * 1ull * c->shifts, RBF_ARRAY_FLOAT) \
 	X(31, "learned",        linear,            c->learned * 1ull * c->frames,    RBF_ARRAY_FLOAT) \
 	X(35, "levels",         level,            (c->even > 0) * 1ull * c->mesh.bases, RBF_ARRAY_FLOAT) \
 	X(36, "tuning",         tune,             c->tuned * 1ull * RBF_TUNE * (c->mesh.elements + (uint64_t)c->mesh.borders), RBF_ARRAY_FLOAT) \

@@ -229,14 +229,14 @@ static void cull_cell(const rbf_component *c, const rbf_set *set, const cell_poi
 	}
 }
 
-/* Residual motion is recorded for the lobes as they are. */
+/* Where there is residual motion, lobes were put into blocks together with it (moves.h). */
 static int cluster(const rbf_component *c)
 {
 	int failed = 0;
 	#pragma omp parallel for schedule(dynamic) reduction(|:failed)
 	for (uint32_t s = 0; s < c->sets; s++)
 		if (!c->residual)
-			failed |= rbf_cluster(c, &c->set[s], (rbf_block *)c->block, (rbf_amplitude *)c->amplitude);
+			failed |= rbf_cluster(c, &c->set[s], (rbf_block *)c->block, (rbf_amplitude *)c->amplitude, NULL);
 	return failed;
 }
 

@@ -19,6 +19,7 @@ static const float MATTERS = 2e-4f; /* of all that is sent there */
 typedef struct lobe {
 	float centre[3], kappa, amplitude[CHANNELS];
 	float most;             /* of the amplitudes */
+	uint32_t was, twin;     /* its lane, and that of its image, if it has one */
 	uint32_t cells;         /* how many, of: */
 	uint64_t cell[WORDS];
 } lobe;
@@ -125,7 +126,7 @@ static uint32_t read_lobes(const rbf_component *c, const rbf_set *set, lobe *l)
 		if (!(from->k[lane] > 0))
 			continue;
 		lobe *to = &l[count++];
-		*to = (lobe){.centre = {from->x[lane], from->y[lane], from->z[lane]}, .kappa = from->k[lane]};
+		*to = (lobe){.was = at, .centre = {from->x[lane], from->y[lane], from->z[lane]}, .kappa = from->k[lane]};
 		for (uint32_t n = 0; n < c->channels; n++) {
 			to->amplitude[n] = c->amplitude[(size_t)n * c->blocks + b].a[lane];
 			to->most = fmaxf(to->most, to->amplitude[n]);
@@ -134,15 +135,24 @@ static uint32_t read_lobes(const rbf_component *c, const rbf_set *set, lobe *l)
 	return count;
 }
 
-static void write_lobe(const rbf_component *c, const lobe *l, uint32_t at, rbf_block *block, rbf_amplitude *amplitude)
+/* Where lobes go. */
+typedef struct places {
+	rbf_block *block;
+	rbf_amplitude *amplitude;
+	uint32_t *was; /* or NULL */
+} places;
+
+static void write_lobe(const rbf_component *c, const lobe *l, uint32_t at, const places *to)
 {
 	const uint32_t b = at / RBF_LANES, lane = at % RBF_LANES;
-	block[b].x[lane] = l->centre[0];
-	block[b].y[lane] = l->centre[1];
-	block[b].z[lane] = l->centre[2];
-	block[b].k[lane] = l->kappa;
+	to->block[b].x[lane] = l->centre[0];
+	to->block[b].y[lane] = l->centre[1];
+	to->block[b].z[lane] = l->centre[2];
+	to->block[b].k[lane] = l->kappa;
 	for (uint32_t n = 0; n < c->channels; n++)
-		amplitude[(size_t)n * c->blocks + b].a[lane] = l->amplitude[n];
+		to->amplitude[(size_t)n * c->blocks + b].a[lane] = l->amplitude[n];
+	if (to->was)
+		to->was[at] = l->was;
 }
 
 static int are_twins(const lobe *a, const lobe *b)
@@ -175,27 +185,29 @@ static uint32_t part_twins(const lobe *l, uint32_t count, uint32_t *twin, lobe *
 	}
 	*rest = 0;
 	for (uint32_t i = 0; i < count; i++)
-		if (twin[i] < count && l[i].centre[1] > 0)
-			to[first++] = l[i];
-		else if (twin[i] == count)
+		if (twin[i] < count && l[i].centre[1] > 0) {
+			to[first] = l[i];
+			to[first++].twin = l[twin[i]].was;
+		} else if (twin[i] == count)
 			to[twins + (*rest)++] = l[i];
 	return twins;
 }
 
 /* Lobes, and their images in as many blocks after them, the last block first: so that what follows each other is near each other. */
-static void write_twins(const rbf_component *c, const rbf_set *set, const lobe *l, const uint32_t *order, uint32_t twins, rbf_block *block,
-	rbf_amplitude *amplitude)
+static void write_twins(const rbf_component *c, const rbf_set *set, const lobe *l, const uint32_t *order, uint32_t twins, const places *to)
 {
 	for (uint32_t i = 0; i < twins; i++) {
 		lobe image = l[order[i]];
 		image.centre[1] *= -1;
-		write_lobe(c, &l[order[i]], set->first * RBF_LANES + i, block, amplitude);
-		write_lobe(c, &image, set->first * RBF_LANES + 2 * twins - RBF_LANES - i / RBF_LANES * RBF_LANES + i % RBF_LANES, block, amplitude);
+		image.was = image.twin;
+		write_lobe(c, &l[order[i]], set->first * RBF_LANES + i, to);
+		write_lobe(c, &image, set->first * RBF_LANES + 2 * twins - RBF_LANES - i / RBF_LANES * RBF_LANES + i % RBF_LANES, to);
 	}
 }
 
-int rbf_cluster(const rbf_component *c, const rbf_set *set, rbf_block *block, rbf_amplitude *amplitude)
+int rbf_cluster(const rbf_component *c, const rbf_set *set, rbf_block *block, rbf_amplitude *amplitude, uint32_t *was)
 {
+	const places to = {block, amplitude, was};
 	const size_t room = (size_t)set->blocks * RBF_LANES + 1;
 	lobe *l = malloc(room * sizeof *l), *parted = malloc(room * sizeof *parted);
 	float *value = malloc(room * sizeof *value);
@@ -210,10 +222,10 @@ int rbf_cluster(const rbf_component *c, const rbf_set *set, rbf_block *block, rb
 		const lobe *left = twins ? parted + twins : l;
 		rest = twins ? rest : count;
 		find_order(parted, twins, order);
-		write_twins(c, set, parted, order, twins, block, amplitude);
+		write_twins(c, set, parted, order, twins, &to);
 		find_order(left, rest, order);
 		for (uint32_t i = 0; i < rest; i++)
-			write_lobe(c, &left[order[i]], set->first * RBF_LANES + 2 * twins + i, block, amplitude);
+			write_lobe(c, &left[order[i]], set->first * RBF_LANES + 2 * twins + i, &to);
 	}
 	free(l);
 	free(parted);

@@ -4,6 +4,7 @@
 #define RBF_CLUSTER_H
 #include "model.h"
 
-/* Puts the lobes of a set, of a component without residual motion, into blocks. Returns 0, or -1 when out of memory. */
-int rbf_cluster(const rbf_component *component, const rbf_set *set, rbf_block *block, rbf_amplitude *amplitude);
+/* Puts the lobes of a set into blocks; was, unless NULL: takes for each lane in use which one it was, of the component. Returns 0, or -1 when
+ * out of memory. */
+int rbf_cluster(const rbf_component *component, const rbf_set *set, rbf_block *block, rbf_amplitude *amplitude, uint32_t *was);
 #endif

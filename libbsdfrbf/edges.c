@@ -2,6 +2,7 @@
 #include "edges.h"
 #include "advect.h"
 #include "assemble.h"
+#include "moves.h"
 
 #include <stdlib.h>
 
@@ -92,7 +93,7 @@ bsdfrbf_status rbf_edges_move(bsdfrbf_context *context, const rbf_fitted *m, con
 		rbf_shift *shift = calloc(total + 1, sizeof *shift);
 		c->shifts = (uint32_t)total;
 		c->shift = shift;
-		failed = !shift || move(m, choice, c, list, first, length, shift);
+		failed = !shift || move(m, choice, c, list, first, length, shift) || rbf_moves_round(c);
 	}
 	double sum = 0;
 	for (uint32_t i = 0; i < c->edges && !failed; i++)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "pack.h"
+#include "moves.h"
 #include "arrays.h"
 
 #include <stdlib.h>
@@ -30,11 +30,16 @@ static uint32_t exponent_of(const rbf_component *c)
 	return least < RBF_PACK_EXPONENTS ? least : RBF_PACK_EXPONENTS;
 }
 
+uint32_t rbf_pack_kappa(float kappa)
+{
+	return upper_bits(kappa, RBF_PACK_KAPPA, RBF_PACK_KAPPA_BITS);
+}
+
 static void encode(const rbf_component *c, uint32_t exponent, uint32_t at, rbf_packed_lobe *to)
 {
 	const rbf_block *b = &c->block[at / RBF_LANES];
 	const uint32_t lane = at % RBF_LANES;
-	*to = (rbf_packed_lobe){.kappa = upper_bits(b->k[lane], RBF_PACK_KAPPA, RBF_PACK_KAPPA_BITS)};
+	*to = (rbf_packed_lobe){.kappa = rbf_pack_kappa(b->k[lane])};
 	const double steps = (double)(1u << rbf_pack_steps(to->kappa)), scale = steps / sqrt(1 + fmax((double)b->z[lane], -.5));
 	to->at[0] = (int32_t)lrint(fmin(fmax((double)b->x[lane] * scale, -2 * steps), 2 * steps - 1));
 	to->at[1] = (int32_t)lrint(fmin(fmax((double)b->y[lane] * scale, -2 * steps), 2 * steps - 1));
@@ -231,6 +236,45 @@ static void put_lobes(bits *b, const rbf_component *c, uint32_t exponent, rbf_pa
 	}
 }
 
+/* Whether shifts of images are images. */
+static int shifts_reflect(const rbf_component *c, const rbf_moves *m)
+{
+	for (uint32_t i = 0; i < c->shifts; i++) {
+		rbf_shift image;
+		if (m->block[i] == RBF_MOVES_NONE || rbf_moves_source(m, i) == i)
+			continue;
+		rbf_moves_reflect(&c->shift[rbf_moves_source(m, i)], &image);
+		if (memcmp(&image, &c->shift[i], sizeof image) != 0)
+			return 0;
+	}
+	return 1;
+}
+
+/* The shift of a lane, by that of one before. */
+static void put_move(bits *b, const rbf_component *c, const rbf_moves *m, uint32_t i, uint32_t lane)
+{
+	const uint32_t block = m->block[i], own = block * RBF_LANES + lane, near = m->before[own], other = near / RBF_LANES;
+	int32_t at[2], before[2] = {0, 0};
+	rbf_moves_encode(c, m, &c->shift[i], block, lane, at);
+	if (near != own)
+		rbf_moves_encode(c, m, &c->shift[i - (block - other)], other, near % RBF_LANES, before);
+	for (int n = 0; n < 2; n++)
+		put_difference(b, RBF_PACK_ORDER_MOVE, at[n] - rbf_pack_scaled(before[n], m->steps[near], m->steps[own]));
+}
+
+static void put_moves(bits *b, const rbf_component *c, const rbf_moves *m)
+{
+	const int images = shifts_reflect(c, m);
+	put(b, (uint32_t)images, 1);
+	for (uint32_t i = 0; i < c->shifts; i++) {
+		if (m->block[i] == RBF_MOVES_NONE || (images && rbf_moves_source(m, i) != i))
+			continue;
+		for (uint32_t lane = 0; lane < RBF_LANES; lane++)
+			if (m->steps[m->block[i] * RBF_LANES + lane])
+				put_move(b, c, m, i, lane);
+	}
+}
+
 /* Cells of a row that have a group, within the span. */
 static uint32_t row_of(const uint64_t mask[RBF_CULL_CELLS], uint32_t group, uint32_t y)
 {
@@ -306,26 +350,28 @@ static void put_masks(bits *b, const rbf_component *c)
 	}
 }
 
-static void put_all(bits *b, const rbf_component *c, rbf_packed_lobe *room)
+static void put_all(bits *b, const rbf_component *c, const rbf_moves *moves, rbf_packed_lobe *room)
 {
 	const uint32_t exponent = exponent_of(c);
 	put(b, exponent, 9);
 	put(b, c->cull != NULL, 1);
-	for (int n = 0; n < RBF_PACK_ORDERS; n++)
+	for (int n = 0; n < rbf_pack_orders(c); n++)
 		put(b, b->order[n], 4);
 	put_cells_of_mesh(b, &c->mesh);
 	put_dhr(b, c);
 	put_lobes(b, c, exponent, room);
+	if (c->residual)
+		put_moves(b, c, moves);
 	if (!b->cost)
 		put_masks(b, c);
 }
 
 /* The orders that take least. */
-static void find_orders(bits *b, const rbf_component *c, rbf_packed_lobe *room)
+static void find_orders(bits *b, const rbf_component *c, const rbf_moves *moves, rbf_packed_lobe *room)
 {
 	uint64_t cost[RBF_PACK_ORDERS][RBF_PACK_ORDER_MOST + 1] = {{0}};
 	*b = (bits){.cost = cost};
-	put_all(b, c, room);
+	put_all(b, c, moves, room);
 	*b = (bits){0};
 	for (int n = 0; n < RBF_PACK_ORDERS; n++)
 		for (uint32_t order = 1; order <= RBF_PACK_ORDER_MOST; order++)
@@ -351,31 +397,42 @@ static int comes_back(const rbf_component *c, const uint8_t *packed, uint32_t by
 	return good;
 }
 
-int rbf_pack(const rbf_component *c, uint8_t **packed, uint32_t *bytes)
+/* The stream, or NULL: it is too long, or (*failed) memory is out. */
+static uint8_t *make(const rbf_component *c, const rbf_moves *moves, uint32_t *bytes, int *failed)
 {
 	bits b;
-	*packed = NULL;
-	*bytes = 0;
-	if (c->cull_wide)
-		return 0;
 	rbf_packed_lobe *room = malloc((rbf_pack_most_lanes(c) + 1) * sizeof *room);
+	*failed = !room;
 	if (!room)
-		return -1;
-	find_orders(&b, c, room);
-	put_all(&b, c, room);
+		return NULL;
+	find_orders(&b, c, moves, room);
+	put_all(&b, c, moves, room);
 	const uint64_t whole = (b.at + 7) / 8;
 	b.to = whole <= UINT32_MAX ? calloc(whole, 1) : NULL;
 	b.at = 0;
 	if (b.to)
-		put_all(&b, c, room);
-	free(room);
-	if (!b.to)
-		return whole <= UINT32_MAX ? -1 : 0;
+		put_all(&b, c, moves, room);
+	*failed = !b.to && whole <= UINT32_MAX;
 	*bytes = (uint32_t)whole;
-	const int good = comes_back(c, b.to, *bytes);
+	free(room);
+	return b.to;
+}
+
+int rbf_pack(const rbf_component *c, uint8_t **packed, uint32_t *bytes)
+{
+	rbf_moves moves = {0};
+	*packed = NULL;
+	*bytes = 0;
+	if (c->cull_wide)
+		return 0;
+	const char *wrong = c->residual ? rbf_moves_find(c, &moves) : NULL;
+	int failed = wrong == rbf_unpack_memory;
+	uint8_t *stream = wrong ? NULL : make(c, &moves, bytes, &failed);
+	rbf_moves_release(&moves);
+	const int good = stream ? comes_back(c, stream, *bytes) : 0;
 	if (good > 0)
-		*packed = b.to;
+		*packed = stream;
 	else
-		free(b.to);
-	return good < 0 ? -1 : 0;
+		free(stream);
+	return failed || good < 0 ? -1 : 0;
 }

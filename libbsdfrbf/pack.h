@@ -4,7 +4,8 @@
  * What is packed is unpacked then, so that nothing that evaluates or samples knows of it.
  *
  * A stream of bits, the lowest of each byte first:
- *   header   9 bits: smallest exponent of amplitudes; 1 bit: whether there are masks; 4 bits each: orders of the counts of RBF_PACK_ORDERS
+ *   header   9 bits: smallest exponent of amplitudes; 1 bit: whether there are masks; 4 bits each: orders of the counts of RBF_PACK_ORDERS,
+ *            the last one only with residual transport
  *   cells    of the mesh's locator, one after the other: a count of entries; for each of them, 1 bit: whether it is a border, and its
  *            index, in as many bits as the number of elements or borders has
  *   dhr      nodes of elements, as numbers of 20 bits: those of a float without its sign and the last 11; of each, the difference from the
@@ -17,6 +18,9 @@
  *            lobe before: kappa in [2^-6, 2^26), 10 bits of its fraction; centre over the equal-area disc of the sphere
  *            (x, y) = d (1 + z)^(-1/2), two numbers, in steps of at most 1/1024 of the lobe's spread (but not below 2^-22). Amplitude, in any
  *            case so: 10 bits of its fraction, 0: none; of other channels the difference from the channel before.
+ *   moves    of a component with residual transport: 1 bit, whether shifts of images are images, and not recorded. Of each shift, and each
+ *            lane in use: two numbers along the basis of its centre, in steps 32 times as long as the centre's; of each the difference from that
+ *            of a lobe nearby, towards the same vertex, that was told before (moves.h)
  *   masks    set by set; of one with twins, and a group for each block, 1 bit: whether masks of images are images, and not recorded. Of
  *            each group: 1 bit, whether the cells of all its rows are intervals; 5 bits: the first row that has cells; 5 bits: how many rows
  *            there are from it to the last. Row by row: if not all are, 1 bit, whether it is an interval; of an interval the differences of
@@ -26,7 +30,8 @@
  * unpack_former.c tells the streams of version 1.2.
  *
  * Lobes are rounded to that when a model is made (rbf_pack_round()), by half a thousandth of their amplitude and a thousandth of their
- * spread at most, and DHR by an eighth of a thousandth; what would not come back bit by bit is not packed.
+ * spread at most, DHR by an eighth of a thousandth, and shifts by 1/64 of the lobe's spread along each of two axes
+ * (rbf_moves_round()); what would not come back bit by bit is not packed.
  */
 #ifndef RBF_PACK_H
 #define RBF_PACK_H
@@ -50,7 +55,7 @@
 /* Orders of counts: what is coded with each. */
 enum {
 	RBF_PACK_ORDER_DHR, RBF_PACK_ORDER_KAPPA, RBF_PACK_ORDER_CENTRE, RBF_PACK_ORDER_AMPLITUDE, RBF_PACK_ORDER_CHANNEL, RBF_PACK_ORDER_PLACE,
-	RBF_PACK_ORDERS
+	RBF_PACK_ORDER_MOVE, RBF_PACK_ORDERS
 };
 
 /* Codes of one lobe. */
@@ -127,6 +132,12 @@ static inline uint32_t rbf_pack_index_bits(uint32_t count)
 	return count > 1 ? 32 - (uint32_t)__builtin_clz(count - 1) : 0;
 }
 
+/* Orders that the header of a component's stream has. */
+static inline int rbf_pack_orders(const rbf_component *c)
+{
+	return c->residual ? RBF_PACK_ORDERS : RBF_PACK_ORDER_MOVE;
+}
+
 /* Floats of all elements, and of each line of each border. */
 static inline size_t rbf_pack_inside(const rbf_component *c)
 {
@@ -174,6 +185,9 @@ static inline size_t rbf_pack_most_lanes(const rbf_component *c)
 	}
 	return most * RBF_LANES;
 }
+
+/* The code of a lobe's kappa; 0: no lobe. */
+uint32_t rbf_pack_kappa(float kappa);
 
 /* Rounds the lobes of a component to what can be packed, and its table of DHR. */
 void rbf_pack_round(rbf_component *component);

@@ -103,8 +103,8 @@ static inline uint64_t rbf_record_align(uint64_t offset)
 	return (offset + RBF_RECORD_ALIGN - 1) & ~(uint64_t)(RBF_RECORD_ALIGN - 1);
 }
 
-/* Entries of an array as version 1.0 recorded it. */
-uint64_t rbf_record_former_entries(const rbf_component *component, int row);
+/* Entries of an array as version 1.`minor` recorded it. */
+uint64_t rbf_record_former_entries(const rbf_component *component, uint32_t minor, int row);
 
 /* A component as version 1.0 recorded it, made into one of today: *made takes what it needs beside the mapping, to be freed. Reads it
  * whole. Returns NULL, or what is wrong. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Records of former versions. Up to 1.2 they had tables for sampling, which are made when they are needed; in 1.0 the locator had empty cells
- * around the row of an isotropic mesh. */
+/* Records of former versions. Up to 1.2 they had tables for sampling, which are made when they are needed, and shifts that were not packed; in
+ * 1.0 the locator had empty cells around the row of an isotropic mesh. */
 #include "check.h"
 #include "pack.h"
 #include "record.h"
@@ -12,9 +12,13 @@ int rbf_record_former_kind(uint32_t minor, uint32_t kind)
 	return (minor < 1 && (kind == 28 || kind == 29)) || (minor < 3 && kind == 34); /* "cumulative", "reach"; "draws" */
 }
 
-uint64_t rbf_record_former_entries(const rbf_component *c, int row)
+uint64_t rbf_record_former_entries(const rbf_component *c, uint32_t minor, int row)
 {
-	return rbf_array_row[row].kind == 16 ? RBF_MESH_GRID * RBF_MESH_GRID + 1 : rbf_array_entries(c, row);
+	if (minor < 1 && row == RBF_ARRAY_ROW_16)
+		return RBF_MESH_GRID * RBF_MESH_GRID + 1;
+	if (minor < 3 && row == RBF_ARRAY_ROW_30) /* beside a stream too */
+		return c->residual * 1ull * c->shifts;
+	return rbf_array_entries(c, row);
 }
 
 /* The locator of an isotropic mesh: the one row that is used, from its own first entry on. */

@@ -245,7 +245,7 @@ static bsdfrbf_status read_component(const reader *r, uint32_t index, bsdfrbf_mo
 		return damaged_section(r, s, wrong);
 	for (int row = 0; row < RBF_ARRAY_ROWS; row++) {
 		const rbf_array *array = rbf_array_row + row;
-		const uint64_t entries = former ? rbf_record_former_entries(c, row) : rbf_array_entries(c, row);
+		const uint64_t entries = rbf_record_former_entries(c, HEADER(r)->minor, row);
 		const rbf_record_section *a = find(r, row == RBF_ARRAY_ROW_40 && former_pack ? RBF_RECORD_FORMER_PACKED : array->kind, index);
 		if (!a && entries && !(array->holds & RBF_ARRAY_OPTIONAL))
 			return rbf_fail(r->context, BSDFRBF_ERR_FORMAT, "%s: damaged: section \"%s\" of %s is missing",

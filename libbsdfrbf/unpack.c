@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "unpack.h"
 #include "check.h"
+#include "moves.h"
 
 #include <stdlib.h>
 
@@ -41,11 +42,11 @@ int rbf_unpack_trend(rbf_bits *b, const rbf_component *c, float *trend)
 /* What the header says. */
 typedef struct header { uint32_t exponent, masks, order[RBF_PACK_ORDERS]; } header;
 
-static void unpack_header(rbf_bits *b, header *h)
+static void unpack_header(rbf_bits *b, const rbf_component *c, header *h)
 {
 	h->exponent = rbf_bits_take(b, 9);
 	h->masks = rbf_bits_take(b, 1);
-	for (int n = 0; n < RBF_PACK_ORDERS; n++)
+	for (int n = 0; n < rbf_pack_orders(c); n++)
 		h->order[n] = rbf_bits_take(b, 4);
 }
 
@@ -250,7 +251,7 @@ static int unpack_masks(rbf_bits *b, const rbf_component *c, int former, uint64_
 static const char *unpack_arrays(rbf_bits *b, rbf_component *c, const rbf_unpacked *to, uint32_t *masks)
 {
 	header h;
-	unpack_header(b, &h);
+	unpack_header(b, c, &h);
 	*masks = h.masks;
 	if (h.exponent > RBF_PACK_EXPONENTS)
 		return "exponent";
@@ -262,6 +263,8 @@ static const char *unpack_arrays(rbf_bits *b, rbf_component *c, const rbf_unpack
 	rbf_packed_lobe *room = malloc((rbf_pack_most_lanes(c) + 1) * sizeof *room);
 	const char *wrong = !room ? rbf_unpack_memory : unpack_lobes(b, c, &h, room, to) ? NULL : "lobes";
 	free(room);
+	if (!wrong && c->residual)
+		wrong = rbf_moves_unpack(b, c, h.order[RBF_PACK_ORDER_MOVE], to->shift);
 	return wrong;
 }
 
@@ -286,7 +289,7 @@ static void *place(char *made, uint64_t *bytes, uint64_t size)
 }
 
 /* Returns how many bytes there are in all; made: NULL, or where they are. */
-static uint64_t place_all(const rbf_component *c, char *made, rbf_unpacked *a)
+static uint64_t place_all(const rbf_component *c, int former, char *made, rbf_unpacked *a)
 {
 	uint64_t bytes = 0;
 	const uint64_t lines = 4ull * c->dhr_steps * c->mesh.borders;
@@ -298,6 +301,7 @@ static uint64_t place_all(const rbf_component *c, char *made, rbf_unpacked *a)
 	a->block = place(made, &bytes, c->blocks * sizeof *a->block);
 	a->amplitude = place(made, &bytes, (uint64_t)c->channels * c->blocks * sizeof *a->amplitude);
 	a->cull = place(made, &bytes, rbf_cull_words(c->blocks) * sizeof *a->cull);
+	a->shift = place(made, &bytes, former ? 0 : c->shifts * sizeof *a->shift);
 	return bytes;
 }
 
@@ -313,6 +317,8 @@ static const char *unpack_all(rbf_bits *b, int former, rbf_component *c, const r
 	c->dhr = a->dhr;
 	c->block = c->blocks ? a->block : NULL;
 	c->amplitude = c->blocks ? a->amplitude : NULL;
+	if (!former)
+		c->shift = c->shifts ? a->shift : NULL;
 	const char *wrong = (former ? rbf_unpack_former : unpack_arrays)(b, c, a, &masks);
 	if (!wrong)
 		wrong = rbf_check_arrays(c);
@@ -331,13 +337,13 @@ const char *rbf_unpack(rbf_component *c, int former, void **made)
 {
 	rbf_bits b = {c->pack, 0, 8ull * c->packed};
 	rbf_unpacked a;
-	const uint64_t bytes = place_all(c, NULL, &a);
+	const uint64_t bytes = place_all(c, former, NULL, &a);
 	if (bytes > RBF_PACK_MOST)
 		return "size";
 	*made = malloc((size_t)bytes + ALIGN);
 	if (!*made)
 		return rbf_unpack_memory;
-	place_all(c, (char *)*made + (ALIGN - (uintptr_t)*made % ALIGN), &a);
+	place_all(c, former, (char *)*made + (ALIGN - (uintptr_t)*made % ALIGN), &a);
 	c->packed = 0;
 	c->pack = NULL;
 	return unpack_all(&b, former, c, &a);

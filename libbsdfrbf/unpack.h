@@ -55,6 +55,7 @@ typedef struct rbf_unpacked {
 	rbf_block *block;
 	rbf_amplitude *amplitude;
 	uint64_t *cull;
+	rbf_shift *shift; /* not in streams of version 1.2 */
 } rbf_unpacked;
 
 /* Cells of rows that reach into the disc. */

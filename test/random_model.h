@@ -5,6 +5,7 @@
 #include "assemble.h"
 #include "dhr.h"
 #include "levels.h"
+#include "moves.h"
 #include "tune.h"
 
 typedef struct random_plan {
@@ -178,6 +179,7 @@ static inline bsdfrbf_model *random_model_at(const random_plan *p, uint32_t base
 		c->shift = shift;
 		c->shifts = total;
 		c->residual = 1;
+		assert_int_equal(rbf_moves_round(c), 0);
 	}
 	assert_int_equal(rbf_assemble_cull(NULL, c, p->motion > 0 ? (float)p->motion : 0), 0);
 	if (p->tuned)

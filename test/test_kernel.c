@@ -223,7 +223,7 @@ static void lobes_share_blocks(void **state)
 		for (uint32_t n = 0; n < 3; n++)
 			amplitude[n * ALL + FIRST + i / RBF_LANES].a[lane] = (float)(i + 100 * n);
 	}
-	assert_int_equal(rbf_cluster(&c, &set, block, amplitude), 0);
+	assert_int_equal(rbf_cluster(&c, &set, block, amplitude, NULL), 0);
 	int found[COUNT] = {0};
 	for (uint32_t at = 0; at < COUNT; at++) {
 		const rbf_block *b = &block[FIRST + at / RBF_LANES];
