@@ -196,7 +196,7 @@ static bsdfrbf_status build_passes(bsdfrbf_context *context, const rbf_measured 
 	const char symmetry = o->symmetry ? o->symmetry : read->isotropic ? 'I' : 0;
 	int found = 0;
 	bsdfrbf_status status = BSDFRBF_OK;
-	for (int pass = 0; pass <= !!found && status == BSDFRBF_OK; pass++) {
+	for (int pass = 0; pass < (found ? 2 : 1) && status == BSDFRBF_OK; pass++) {
 		rbf_job j = {.name = rbf_component_name(component), .channels = channels, .asked = (uint32_t)o->lobes, .fitted = {.team = o->team},
 			.transmits = component == BSDFRBF_TF || component == BSDFRBF_TB};
 		rbf_component_free(c); /* of the former pass */

@@ -112,7 +112,7 @@ static inline __attribute__((always_inline)) void add_frames(const rbf_site *sit
 	const uint32_t frames = site->component->frames, parts = frames * tables * RBF_FAN;
 	const rbf_lanes part = rbf_lanes_load(site->part), weights = rbf_lanes_load(site->weight);
 	float over[RBF_FAN];
-	rbf_lanes whole[3], sum = rbf_lanes_all(0);
+	rbf_lanes whole[3] = {{0}}, sum = rbf_lanes_all(0);
 	uint32_t at[3] = {0, 1, 2}, k = 0; /* places of the site's corners among those of the draws */
 	if (site->corners < 3 && weight)
 		for (uint32_t n = 0; n < 3; n++)

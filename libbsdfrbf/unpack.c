@@ -307,7 +307,7 @@ static uint64_t place_all(const rbf_component *c, int former, char *made, rbf_un
 
 static const char *unpack_all(rbf_bits *b, int former, rbf_component *c, const rbf_unpacked *a)
 {
-	uint32_t masks;
+	uint32_t masks = 0;
 	c->mesh.cell_first = a->cell_first;
 	c->mesh.cell_element = a->cell_element;
 	memcpy(a->set, c->set, c->sets * sizeof *a->set);
