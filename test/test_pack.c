@@ -307,35 +307,39 @@ static bsdfrbf_status open_image(const image *file, uint64_t verify_bytes)
 	return status;
 }
 
+/* A byte that is wrong is found in files of any size; where somebody made checksums right again, what is there may be anything. */
+static void damage_packed(image *file, uint32_t kind, uint64_t seed)
+{
+	const rbf_record_section *s = image_section(file, kind);
+	int refused = 0;
+	assert_non_null(s);
+	for (int round = 0; round < 300; round++) {
+		char *at = file->at + s->offset + (size_t)(random_unit(&seed) * (double)s->bytes), kept = *at;
+		*at = (char)(kept ^ (1 << round % 8));
+		assert_int_equal(open_image(file, round % 2 ? UINT64_MAX : 0), BSDFRBF_ERR_FORMAT);
+		image_seal(file);
+		refused += open_image(file, round % 2 ? UINT64_MAX : 0) != BSDFRBF_OK;
+		*at = kept;
+		image_seal(file);
+	}
+	assert_true(refused > 0 && refused < 300);
+}
+
 static void damage(bsdfrbf_model *model)
 {
 	assert_int_equal(bsdfrbf_save(NULL, model, path), BSDFRBF_OK);
 	bsdfrbf_close(model);
 	image file = read_image();
-	rbf_record_section *s = image_section(&file, 40);
-	assert_non_null(s);
-	uint64_t seed = 9;
-	int refused = 0;
-	/* a byte that is wrong is found in files of any size; where somebody made checksums right again, what is there may be anything */
-	for (int round = 0; round < 300; round++) {
-		char *at = file.at + s->offset + (size_t)(random_unit(&seed) * (double)s->bytes), kept = *at;
-		*at = (char)(kept ^ (1 << round % 8));
-		assert_int_equal(open_image(&file, round % 2 ? UINT64_MAX : 0), BSDFRBF_ERR_FORMAT);
-		image_seal(&file);
-		refused += open_image(&file, round % 2 ? UINT64_MAX : 0) != BSDFRBF_OK;
-		*at = kept;
-		image_seal(&file);
-	}
-	assert_true(refused > 0 && refused < 300);
+	damage_packed(&file, 40, 9);
 	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_OK);
 	/* a stream that ends early or late */
 	rbf_record_component *c = (rbf_record_component *)(file.at + image_section(&file, RBF_RECORD_COMPONENT)->offset);
+	const uint64_t bytes = image_section(&file, 40)->bytes;
 	uint32_t *packed = NULL;
 	for (int n = 0; n < RBF_NUMBERS_MAX; n++)
-		if (c->number[n] == s->bytes)
+		if (c->number[n] == bytes)
 			packed = &c->number[n];
 	assert_non_null(packed);
-	const uint64_t bytes = s->bytes;
 	for (uint64_t less = 1; less < bytes; less += 1 + less / 3) {
 		const image cut = {file.at, file.bytes};
 		*packed = (uint32_t)(bytes - less);
@@ -383,21 +387,8 @@ static void former_damage(void **state)
 		skip();
 	snprintf(name, sizeof name, "%s/test/golden/tf-1.2.rbf", source);
 	image file = read_from(name);
-	const rbf_record_section *s = image_section(&file, RBF_RECORD_FORMER_PACKED);
-	assert_non_null(s);
 	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_OK);
-	uint64_t seed = 12;
-	int refused = 0;
-	for (int round = 0; round < 300; round++) {
-		char *at = file.at + s->offset + (size_t)(random_unit(&seed) * (double)s->bytes), kept = *at;
-		*at = (char)(kept ^ (1 << round % 8));
-		assert_int_equal(open_image(&file, round % 2 ? UINT64_MAX : 0), BSDFRBF_ERR_FORMAT);
-		image_seal(&file);
-		refused += open_image(&file, round % 2 ? UINT64_MAX : 0) != BSDFRBF_OK;
-		*at = kept;
-		image_seal(&file);
-	}
-	assert_true(refused > 0 && refused < 300);
+	damage_packed(&file, RBF_RECORD_FORMER_PACKED, 12);
 	image_header(&file)->minor = 3; /* whose streams are others, of another kind */
 	image_seal(&file);
 	assert_int_equal(open_image(&file, UINT64_MAX), BSDFRBF_ERR_FORMAT);
