@@ -66,12 +66,6 @@ static inline double rbf_uniform(uint64_t *state)
 	return (double)(rbf_random_bits(state) >> 11) * 0x1p-53;
 }
 
-/* The same in 24 bits. */
-static inline float rbf_uniform_float(uint64_t *state)
-{
-	return (float)(int32_t)(rbf_random_bits(state) >> 40) * 0x1p-24f;
-}
-
 /* Two numbers of (0, 1). */
 static inline void rbf_two_uniforms(uint64_t *state, float *a, float *b)
 {
