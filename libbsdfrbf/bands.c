@@ -34,10 +34,8 @@ static void motions(const rbf_component *c, float *motion)
 				const rbf_set *set = &c->set[base * c->frames + f];
 				const rbf_shift *s = &c->shift[at + (set->first - c->set[base * c->frames].first)];
 				float *m = &motion[base * c->frames + f];
-				for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++) {
-					const float x = s[i / RBF_LANES].x[i % RBF_LANES], y = s[i / RBF_LANES].y[i % RBF_LANES], z = s[i / RBF_LANES].z[i % RBF_LANES];
-					*m = fmaxf(*m, 1.05f * sqrtf(x*x + y*y + z*z));
-				}
+				for (uint32_t i = 0; i < set->blocks * RBF_LANES; i++)
+					*m = fmaxf(*m, rbf_shift_motion(&s[i / RBF_LANES], i % RBF_LANES));
 			}
 		}
 }

@@ -165,10 +165,8 @@ static float motion(const maker *m, uint32_t block, uint32_t lane)
 {
 	float most = 0;
 	for (int n = 0; n < 2; n++)
-		if (m->shift[n]) {
-			const rbf_shift *s = &m->shift[n][block];
-			most = rbf_max(1.05f * sqrtf(s->x[lane]*s->x[lane] + s->y[lane]*s->y[lane] + s->z[lane]*s->z[lane]), most);
-		}
+		if (m->shift[n])
+			most = rbf_max(rbf_shift_motion(&m->shift[n][block], lane), most);
 	return most;
 }
 

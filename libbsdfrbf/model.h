@@ -19,6 +19,7 @@
 #define RBF_MODEL_H
 #include "mesh.h"
 
+#include <math.h>
 #include <stdatomic.h>
 
 #define RBF_LANES 8       /* lobes in a block */
@@ -48,6 +49,12 @@ typedef struct rbf_amplitude { float a[RBF_LANES]; } rbf_amplitude;
 
 /* Residual motion of a block's lobes along a directed edge, in the base's coordinates. */
 typedef struct rbf_shift { float x[RBF_LANES], y[RBF_LANES], z[RBF_LANES]; } rbf_shift;
+
+/* At least the angle that a residual shift moves a lobe by, rad. */
+static inline float rbf_shift_motion(const rbf_shift *s, uint32_t lane)
+{
+	return 1.05f * sqrtf(s->x[lane]*s->x[lane] + s->y[lane]*s->y[lane] + s->z[lane]*s->z[lane]);
+}
 
 /* How much light the lobes of a base send, A, how that changes with the incident direction, and what maps keep of it. */
 typedef struct rbf_level {
